@@ -1,6 +1,5 @@
 """Settings that a run of the work-precision bench measures: sizes, samplers and sample sets."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
@@ -85,10 +84,9 @@ def samplers_of(estimator: Estimator, grid: Grid) -> tuple[str, ...]:
     return tuple(name for name in names if grid.samplers is None or name in grid.samplers)
 
 
-def counts_of(estimator: Estimator, sampler: str, grid: Grid) -> Iterator[int]:
+def counts_of(estimator: Estimator, sampler: str, grid: Grid) -> list[int]:
     """Counts for which a sampler has sets."""
-    most = METHODS[_domain(estimator)][sampler].most
-    return (n for n in grid.counts if most is None or n <= most)
+    return [n for n in grid.counts if n <= (METHODS[_domain(estimator)][sampler].most or n)]
 
 
 def inputs_of(estimator: Estimator, grid: Grid, seed: int) -> dict[Variant, Inputs]:

@@ -50,7 +50,10 @@ def read_image_file(path: Path, formats: tuple[str, ...] = _FORMATS, keep: Keep 
     if not path.is_file():
         raise InputError(f"{path}: there is no such file")
     if path.suffix.lower() == ".npy":
-        return [_read_npy(path)]
+        pixels = read_npy(path)
+        if pixels.ndim not in (1, 2, 3) or pixels.size == 0:
+            raise InputError(f"{path}: it holds {pixels.dtype} {pixels.shape}, expected numbers (H, W) or (H, W, C)")
+        return [part_of(pixels)]
     try:
         return _read_with_oiio(path, formats, keep)
     except UnicodeDecodeError:  # OpenImageIO hands over names and messages as they are in the file
@@ -161,14 +164,6 @@ def first_line(message: str) -> str:
     """The first line of an error message of OpenImageIO, without the file's name; some come with a history."""
     first = message.strip().split("\n")[0]
     return re.sub(r"^EXR Error \(.*?\.exr\): ", "", first) or "OpenImageIO gives no reason"
-
-
-def _read_npy(path: Path) -> ImagePart:
-    """A table (W,) or an array (H, W) or (H, W, C)."""
-    pixels = read_npy(path)
-    if pixels.ndim not in (1, 2, 3) or pixels.size == 0:
-        raise InputError(f"{path}: it holds {pixels.dtype} {pixels.shape}, expected numbers (H, W) or (H, W, C)")
-    return part_of(pixels)
 
 
 def read_angles(path: Path, below: bool) -> NDArray[Any]:

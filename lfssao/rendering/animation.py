@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from lfssao.core.affine import Matrix, cofactors, determinant, transform_points
 from lfssao.core.elementary import sincospi
@@ -45,18 +45,15 @@ def read_transforms(path: Path) -> list[Matrix]:
         raise InputError(f"{path}: it does not hold a list of 4x4 matrices of numbers")
     if not 1 <= len(matrices) <= MOST_FRAMES:
         raise InputError(f"{path}: it holds {len(matrices)} matrices, 1 to {MOST_FRAMES} are possible")
-    return [_affine(path, number, matrix) for number, matrix in enumerate(matrices)]
-
-
-def _affine(path: Path, number: int, values: ArrayLike) -> Matrix:
-    matrix = np.array(values, np.float64)
-    if not np.isfinite(matrix).all():
-        raise InputError(f"{path}: matrix {number} holds a number that is not finite")
-    if matrix[3].tolist() != [0, 0, 0, 1]:
-        raise InputError(f"{path}: matrix {number} is not affine, its last row is {matrix[3].tolist()}")
-    if determinant(matrix[:3]) == 0:
-        raise InputError(f"{path}: matrix {number} is singular: it flattens the scene")
-    return np.ascontiguousarray(matrix[:3])
+    matrices = np.array(matrices, np.float64, order="C")
+    for number, matrix in enumerate(matrices):
+        if not np.isfinite(matrix).all():
+            raise InputError(f"{path}: matrix {number} holds a number that is not finite")
+        if matrix[3].tolist() != [0, 0, 0, 1]:
+            raise InputError(f"{path}: matrix {number} is not affine, its last row is {matrix[3].tolist()}")
+        if determinant(matrix[:3]) == 0:
+            raise InputError(f"{path}: matrix {number} is singular: it flattens the scene")
+    return list(matrices[:, :3])
 
 
 def moved(mesh: Mesh, transform: Matrix) -> Mesh:

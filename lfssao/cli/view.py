@@ -12,7 +12,6 @@ from lfssao.cli.values import check_target, finite, whole
 from lfssao.core.files import write_whole
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError, check_choice
-from lfssao.optics.display import Display
 from lfssao.rendering.contact import write_animation
 from lfssao.rendering.folder import light_field, read_manifest
 from lfssao.rendering.viewer import BLENDS, LightField, eye_point, eye_range
@@ -32,12 +31,8 @@ def add_to(view: argparse.ArgumentParser) -> None:
     view.set_defaults(run=_view)
     add = view.add_argument
     add("folder", metavar="DIR", help="a folder that 'lfssao render' wrote, of a display of at least two modules")
-    add(
-        "--eye-x",
-        type=finite,
-        metavar="X",
-        help="place of the eye along the observer line, metres; the command says how far eyes may go (default: 0)",
-    )
+    place = "place of the eye along the observer line, metres; the command says how far eyes may go (default: 0)"
+    add("--eye-x", type=finite, metavar="X", help=place)
     orbit = (
         "an animation of N frames (even) along the observer line, from the leftmost to the rightmost eye that the "
         f"modules reach from the whole screen, and back (default: {FRAMES})"
@@ -79,16 +74,12 @@ def _view(options: argparse.Namespace) -> None:
         write_animation(target, [*pictures, *pictures[-2:0:-1]])
     else:
         write_whole(target, pictures[0].save)
-    print(printable(f"{target}: {_reach(display, list(entries))}"), flush=True)
-
-
-def _reach(display: Display, modules: list[int]) -> str:
-    """From where to where an eye may be."""
     try:
-        left, right = eye_range(display, modules)
+        left, right = eye_range(display, list(entries))
+        reach = f"the modules' light goes to eyes from x = {left:.2f} to {right:.2f} m"
     except InputError as error:
-        return str(error)
-    return f"the modules' light goes to eyes from x = {left:.2f} to {right:.2f} m"
+        reach = str(error)
+    print(printable(f"{target}: {reach}"), flush=True)
 
 
 def _photographs(field: LightField, eyes: list[float], options: argparse.Namespace) -> list[Image.Image]:

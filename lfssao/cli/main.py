@@ -71,8 +71,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     gc.set_threshold(100_000, 50, 50)  # a first run compiles; collecting garbage less often saves a tenth of it
     words = list(sys.argv[1:] if arguments is None else arguments)
     bad_input = NOT_COMPARED if words[:1] == ["compare"] else BAD_INPUT
+    parser = Parser(prog="lfssao", description="Screen-space ambient occlusion for light field displays.")
+    parser.add_argument("--version", action="version", version=f"lfssao {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    for name, line in COMMANDS.items():
+        commands.add_parser(name, help=line, file=name)
     try:
-        options = _parser().parse_args(_with_negative_values(words))
+        options = parser.parse_args(_with_negative_values(words))
         options.command = ["lfssao", *words]
         with _interruptible(), _said_once(), compiling_shown():
             code: int | None = options.run(options)
@@ -156,12 +161,3 @@ def _with_negative_values(words: list[str]) -> list[str]:
         else:
             out.append(word)
     return out
-
-
-def _parser() -> Parser:
-    parser = Parser(prog="lfssao", description="Screen-space ambient occlusion for light field displays.")
-    parser.add_argument("--version", action="version", version=f"lfssao {__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name, line in COMMANDS.items():
-        commands.add_parser(name, help=line, file=name)
-    return parser

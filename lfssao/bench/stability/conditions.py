@@ -22,7 +22,6 @@ from lfssao.core.affine import transform_points
 from lfssao.optics.camera import PROJECTIONS, Camera
 from lfssao.optics.display_file import find_display
 from lfssao.optics.kernels.rays import image_depth, texel_ray
-from lfssao.optics.view import View
 
 VIEWS = ("linear", "conical", "curved", *PROJECTIONS)  # flat displays by their diffuser, picoarray, cameras
 
@@ -84,18 +83,15 @@ SURFACES: dict[str, Callable[[FloatArray, FloatArray, FloatArray], FloatArray]] 
 }
 
 
-def _view(kind: str, width: int, height: int) -> View:
-    if kind in PROJECTIONS:
-        return Camera(kind, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1.5, 1.0, 3.0).view(width, height)
-    shown_by = find_display("picoarray") if kind == "curved" else replace(display(), diffuser=kind)
-    return shown_by.with_resolution(width, height).view(0, UNCHANGED)
-
-
 @cache
 @np.errstate(divide="ignore", invalid="ignore")
 def seen(kind: str, surface: str = "hills", relief: float = 0.25, size: tuple[int, int] = (48, 36)) -> Buffers:
     """Float64 textures of one of ``VIEWS`` on one of ``SURFACES``, whose 1 is ``relief`` metres; size: width, rows."""
-    view = _view(kind, *size)
+    if kind in PROJECTIONS:
+        view = Camera(kind, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1.5, 1.0, 3.0).view(*size)
+    else:
+        shown_by = find_display("picoarray") if kind == "curved" else replace(display(), diffuser=kind)
+        view = shown_by.with_resolution(*size).view(0, UNCHANGED)
     s, t = np.meshgrid(*((np.arange(n) + 0.5) * 2 / n - 1 for n in size))
     heights = SURFACES[surface](s, t, np.indices(s.shape).sum(axis=0) % 2.0)
     depth, cast = np.full(s.shape, np.inf), np.full((*s.shape, 3), np.inf)

@@ -206,5 +206,4 @@ def _units(n: Double) -> Double:
 
 def _lengths(n: Double) -> Double:
     x, y, z = n.T
-    lengths: Double = np.sqrt((x * x + y * y) + z * z)
-    return lengths
+    return np.asarray(np.sqrt((x * x + y * y) + z * z))

@@ -36,7 +36,7 @@ def of_display(display: Display) -> Iterator[str]:
 
 
 def of_radii(
-    mesh: Mesh, views: Iterable[View], settings: Settings, boxes: Sequence[NDArray[np.float64]]
+    mesh: Mesh, views: Sequence[View], settings: Settings, boxes: Sequence[NDArray[np.float64]]
 ) -> Iterator[str]:
     """Radii that reach across the scene, or not to the next texel; ``boxes`` are the scene's in each frame, (2, 3)."""
     radii, size = settings.radii if "ao" in settings.computed else (), diagonal(mesh)
@@ -75,24 +75,19 @@ def _few(names: Sequence[str]) -> str:
 
 
 def subpixel_radii(
-    views: Iterable[View], boxes: Sequence[NDArray[np.float64]], radii: Iterable[float]
+    views: Sequence[View], boxes: Sequence[NDArray[np.float64]], radii: Iterable[float]
 ) -> tuple[float, ...]:
     """Radii above 0 whose ball covers less than half a texel to each side, at each corner of the boxes, in each view.
 
     Their samples read the depth of their own texel: such AO says nothing about the scene. Boxes are (2, 3) float64 and
     radii in world units.
     """
-    found = tuple(radius for radius in radii if radius > 0)
-    for view, box in product(views, boxes):
-        corners = np.array(list(product(*box.T)))
-        found = tuple(radius for radius in found if _extent(view, corners, radius) < 0.5)
-        if not found:
-            break
-    return found
+    places = list(product(views, boxes))
+    return tuple(r for r in radii if r > 0 and all(_extent(view, box, r) < 0.5 for view, box in places))
 
 
-def _extent(view: View, corners: NDArray[np.float64], radius: float) -> float:
-    """Largest distance along u or v, texels, by which a ball's image reaches from its centre; NaN where unknown."""
-    to_image = view.world_to_image
+def _extent(view: View, box: NDArray[np.float64], radius: float) -> float:
+    """Distance along u or v, texels, by which balls at a box's corners reach, the largest; NaN where unknown."""
+    to_image, corners = view.world_to_image, np.array(list(product(*box.T)))
     steps = to_image(corners[:, None] + radius * np.eye(3)) - to_image(corners)[:, None]
     return float(np.sqrt((steps[..., :2] ** 2).sum(axis=1)).max())

@@ -11,10 +11,9 @@ from lfssao.cli.values import PICTURES, check_target
 
 def add_to(stability: argparse.ArgumentParser) -> None:
     """Add the bench's options."""
-    stability.description = (
-        "Stiff and extreme cases: the mapping and LF's decisions against exact arithmetic, every estimator in float32 "
-        "against float64. Printed is what is degraded or refused. Exit code 1 if a case is not as stated."
-    )
+    stability.description = """Stiff and extreme cases: the mapping and LF's decisions against exact arithmetic, every
+        estimator in float32 against float64. Printed is what is degraded or refused. Exit code 1 if a case is not as
+        stated."""
     stability.set_defaults(run=_stability)
     stability.add_argument("--all", action="store_true", help="print all rows")
     stability.add_argument("--json", metavar="FILE", type=Path, help="write the table as JSON, too")

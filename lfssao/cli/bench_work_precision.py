@@ -21,10 +21,8 @@ FIGURES = "work-precision.json"
 
 def add_to(measure: argparse.ArgumentParser) -> None:
     """Add the bench's options."""
-    measure.description = (
-        "Time and errors of every estimator by sampler, number of samples, radii and blur, against many samples and "
-        "against rays. An interrupted run goes on where it was when the command is given again."
-    )
+    measure.description = """Time and errors of every estimator by sampler, number of samples, radii and blur, against
+        many samples and against rays. An interrupted run goes on where it was when the command is given again."""
     measure.set_defaults(run=_measure)
     add = measure.add_argument
     names = ", ".join(SCENES)

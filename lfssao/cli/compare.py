@@ -37,10 +37,8 @@ _HELP = {
 
 def add_to(compare: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    compare.description = (
-        "Compare textures of another renderer with a reference: equal bits, inside the interval of what rounding may "
-        "change, or wrong, where, and why."
-    )
+    compare.description = """Compare textures of another renderer with a reference: equal bits, inside the interval of
+        what rounding may change, or wrong, where, and why."""
     compare.set_defaults(run=_compare)
 
     def add(name: str, **more: Any) -> None:

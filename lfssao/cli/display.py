@@ -10,10 +10,9 @@ from lfssao.rendering import doubts
 
 def add_to(display: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    display.description = (
-        "Print the TOML file of a preset display, with the source of every value, or of a file after checking it; "
-        "change it and hand it to 'lfssao render --display FILE.toml'. Without NAME: say what each preset is."
-    )
+    display.description = """Print the TOML file of a preset display, with the source of every value, or of a file after
+        checking it; change it and hand it to 'lfssao render --display FILE.toml'. Without NAME: say what each preset
+        is."""
     display.set_defaults(run=_display)
     display.add_argument("name", nargs="?", metavar="NAME", help="a preset, or a file whose name ends in .toml")
     drawing = (

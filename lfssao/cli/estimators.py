@@ -18,11 +18,9 @@ from lfssao.samples import make_samples
 
 def add_to(estimators: argparse.ArgumentParser) -> None:
     """Describe the command and its argument."""
-    estimators.description = (
-        "List the estimators that 'lfssao render --estimator NAME' knows: what each computes, after which paper, its "
-        "number of samples, its parameters with their defaults. With a NAME say its formula and its parameters, or "
-        "print the file of a published shader that --like knows."
-    )
+    estimators.description = """List the estimators that 'lfssao render --estimator NAME' knows: what each computes,
+        after which paper, its number of samples, its parameters with their defaults. With a NAME say its formula and
+        its parameters, or print the file of a published shader that --like knows."""
     estimators.add_argument("name", nargs="?", metavar="NAME", help="an estimator whose parameters are explained")
     estimators.set_defaults(run=_list)
 

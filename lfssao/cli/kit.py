@@ -10,10 +10,8 @@ from lfssao.verify.kit.folder import check_target, write_kit
 
 def add_to(kit: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    kit.description = (
-        "Write small conformance cases, one for each feature: inputs, expected outputs, bounds, and SPECIFICATION.md "
-        "and ESTIMATORS.md, from which each stage can be written in another language with equal bits."
-    )
+    kit.description = """Write small conformance cases, one for each feature: inputs, expected outputs, bounds, and
+        SPECIFICATION.md and ESTIMATORS.md, from which each stage can be written in another language with equal bits."""
     kit.set_defaults(run=_kit)
     kit.add_argument("folder", metavar="DIR", type=Path, help="the folder to be; an earlier kit there is replaced")
 

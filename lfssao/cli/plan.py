@@ -14,10 +14,8 @@ from lfssao.rendering.run import Renderer
 
 def add_to(command: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    command.description = (
-        "Print what 'lfssao render' with the same options leaves out because its scene does not need it, and why. The "
-        "view in the middle is rendered to measure what that saves. Nothing is written."
-    )
+    command.description = """Print what 'lfssao render' with the same options leaves out because its scene does not need
+        it, and why. The view in the middle is rendered to measure what that saves. Nothing is written."""
     command.set_defaults(run=_plan)
     add_options(command, output=False)
     command.add_argument("--why", action="store_true", help="print all rules, whether anything is left out or not")

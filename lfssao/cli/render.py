@@ -21,11 +21,10 @@ from lfssao.rendering.run import recover, run
 
 def add_to(render: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    render.description = (
-        "Ray cast a scene from every optical module of a light field display, compute ambient occlusion for several "
-        "radii (by LF Algorithm 2, or by --estimator), merge, blur and multiply it in, and write one EXR file a "
-        "module, manifest.json, contact.png and, of a whole display, view.png: what an eye in its middle sees."
-    )
+    render.description = """Ray cast a scene from every optical module of a light field display, compute ambient
+        occlusion for several radii (by LF Algorithm 2, or by --estimator), merge, blur and multiply it in, and write
+        one EXR file a module, manifest.json, contact.png and, of a whole display, view.png: what an eye in its middle
+        sees."""
     render.set_defaults(run=_render)
     add_options(render, output=True)
 

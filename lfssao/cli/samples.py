@@ -39,10 +39,9 @@ def add_to(command: argparse.ArgumentParser) -> None:
     make.add_argument("-o", "--output", metavar="FILE", help="file to write to (default: standard output)")
 
     check = actions.add_parser("check", help="check anybody's points against promises")
-    check.description = (
-        "Check points against promises such as uniform-ball or latin. Exit code 1 if one is broken. Few points cannot "
-        "tell: give the sets of many seeds, each a file; they are pooled for uniform. Without FILE: list the promises."
-    )
+    check.description = """Check points against promises such as uniform-ball or latin. Exit code 1 if one is broken.
+        Few points cannot tell: give the sets of many seeds, each a file; they are pooled for uniform. Without FILE:
+        list the promises."""
     check.set_defaults(run=_check)
     check.add_argument("files", nargs="*", metavar="FILE", help=f"{_FILES}: a point a row")
     check.add_argument("--promise", action="append", metavar="NAME", help=_PROMISES)
@@ -51,10 +50,8 @@ def add_to(command: argparse.ArgumentParser) -> None:
     _add_shell(check)
 
     plot = actions.add_parser("plot", help="draw points, histograms, periodogram and pair correlation")
-    plot.description = (
-        "Draw a method's sample set, or the points of files: points, histograms of their coordinates, periodogram and "
-        "its radial mean, pair correlation."
-    )
+    plot.description = """Draw a method's sample set, or the points of files: points, histograms of their coordinates,
+        periodogram and its radial mean, pair correlation."""
     plot.set_defaults(run=_plot)
     plot.add_argument("method", metavar="METHOD", help=f"a method, or {_FILES}")
     _add_set(plot)

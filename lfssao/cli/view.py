@@ -24,10 +24,8 @@ _ENDINGS = {False: (".png",), True: (".png", ".gif", ".webp")}
 
 def add_to(view: argparse.ArgumentParser) -> None:
     """Add the command's options."""
-    view.description = (
-        "Compose what an eye on the observer line sees of a display from the textures that 'lfssao render' wrote, as a "
-        "photograph of the display would show it (LF figure 14)."
-    )
+    view.description = """Compose what an eye on the observer line sees of a display from the textures that 'lfssao
+        render' wrote, as a photograph of the display would show it (LF figure 14)."""
     view.set_defaults(run=_view)
     add = view.add_argument
     add("folder", metavar="DIR", help="a folder that 'lfssao render' wrote, of a display of at least two modules")

@@ -168,17 +168,9 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
         "sampling": sampling,
         "settings": manifest.describe_settings(settings),
     }
-    return Job(
-        mesh,
-        tuple(views),
-        settings,
-        Path(options.output or "."),
-        head,
-        tuple(neighbours),
-        tuple(boxes),
-        None if transforms is None else tuple(transforms),
-        options.single_part,
-    )
+    frames = tuple(boxes), None if transforms is None else tuple(transforms)
+    folder = Path(options.output or ".")
+    return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, options.single_part)
 
 
 def _display(options: argparse.Namespace) -> Display:

@@ -125,11 +125,9 @@ def recover_view(job: Job, item: Item) -> Result | None:
         return None  # no file, or none of ours: it is made anew, as any file in the way is
     wanted = job.identity(item)
     if made_from != wanted:
-        other = [name for name in wanted if made_from.get(name) != wanted[name]]
-        raise InputError(
-            f"{path}: it was rendered with other parameters ({', '.join(other)}): --resume goes on with the same job "
-            "only"
-        )
+        other = ", ".join(name for name in wanted if made_from.get(name) != wanted[name])
+        told = f"it was rendered with other parameters ({other}): --resume goes on with the same job only"
+        raise InputError(f"{path}: {told}")
     if not whole:
         return None
     picture = _strip(job, item, parts)
@@ -210,9 +208,9 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
     folder, entries = job.frame_folder(frame), [result.entry for result in results]
     doubts.warn(doubts.of_views([entry["name"] for entry in entries if not entry["surface_texels"]]))
     remove_leftovers(folder)  # of workers that were killed on the way
+    strips = [(result.entry["name"], result.strip) for result in results if result.strip is not None]
     if job.has_sheet:
-        sheet = contact_sheet([(r.entry["name"], r.strip) for r in results if r.strip is not None])
-        write_whole(folder / SHEET, partial(sheet.save, compress_level=1))
+        write_whole(folder / SHEET, partial(contact_sheet(strips).save, compress_level=1))
     texels = sum(view.width * view.height for view in job.views)
     left = plan.planned(job.views, [job.boxes[frame]], job.settings, job.mesh.paint is not None)
     left |= plan.background(job.settings, texels, sum(entry["surface_texels"] for entry in entries))
@@ -232,8 +230,7 @@ def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[s
     write_manifest(folder, manifest, job.settings)
     if job.has_view:
         write_whole(folder / VIEW, partial(_view(job, results).save, compress_level=1))
-    strips = [result.strip for result in results if result.strip is not None]
-    return with_ao(strips[len(strips) // 2]) if strips else None
+    return with_ao(strips[len(strips) // 2][1]) if strips else None
 
 
 def _view(job: Job, results: Sequence[Result]) -> Image:

@@ -24,8 +24,7 @@ class Deviation:
 
 def half_space(occlusion: Texture) -> Texture:
     """Occlusion of the half space from that of LF's whole ball, in which a flat surface has 1/2: 2 max(0, ao - 1/2)."""
-    half: Texture = 2 * np.maximum(0, occlusion - 0.5)
-    return half
+    return np.asarray(2 * np.maximum(0, occlusion - 0.5))
 
 
 def deviation(occlusion: Texture, truth: Texture, surface: NDArray[np.bool_]) -> Deviation:

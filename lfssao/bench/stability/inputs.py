@@ -32,8 +32,7 @@ def lattice() -> NDArray[np.float64]:
     steps = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
     k = np.arange(1, SIZE * SIZE + 1)[:, None]
     cell = np.floor((k * steps) % 1.0 * 2**19) + 0.5
-    points: NDArray[np.float64] = (cell / 2**18 - 1.0).reshape(SIZE, SIZE, 3)
-    return points
+    return np.asarray((cell / 2**18 - 1.0).reshape(SIZE, SIZE, 3))
 
 
 def display(
@@ -62,12 +61,6 @@ def scene(
         place = (lattice()[::-1, ::-1, 1] + 1) / 2
         depth = (z.min() + place * (z.max() - z.min())).astype(np.float32)
     return Stiff(CrossedSlits(shown_by, physical_from_world, turn), points, np.array(offset, np.float64), depth)
-
-
-def near(slit: str, k: int) -> Stiff:
-    """Points within 2^-k of the 'lens' of a module in the middle or of the 'observers' at height 0."""
-    place = {"lens": (2.5, k, 0), "observers": (-5.0, k, 1)}[slit]
-    return scene(close_to(*place), display(0.0, 2.5, 0.0, -5.0))
 
 
 def close_to(slit: float, k: int, axis: int) -> NDArray[np.float64]:
@@ -157,9 +150,10 @@ def _worlds() -> Inputs:
 
 
 def _mappings() -> Inputs:
+    middle = display(0.0, 2.5, 0.0, -5.0)
     for k in range(1, STEPS + 1):
-        yield "near the lens", f"z = m_z (1 - t 2^-{k})", made(near, "lens", k)
-        yield "near the observers", f"z = z_o (1 - t 2^-{k})", made(near, "observers", k)
+        yield "near the lens", f"z = m_z (1 - t 2^-{k})", made(scene, close_to(2.5, k, 0), middle)
+        yield "near the observers", f"z = z_o (1 - t 2^-{k})", made(scene, close_to(-5.0, k, 1), middle)
     for k in (10, 20, 30):
         points = close_to(2.0, k, 0) + np.array([0.625, 0.0, 0.0])
         text = f"a lens at m_x = 0.625, z = m_z (1 - t 2^-{k})"

@@ -54,17 +54,9 @@ class Grid:
 
 FULL = Grid()
 QUICK = Grid(
-    width=128,
-    height=96,
-    counts=(4, 16, 64),
-    radii=((0.02,),),
-    samplers=("random", "latin", "poisson"),
-    reference_samplers=("sobol", "halton"),
-    reference_count=16_384,
-    seeds=2,
-    most=20,
-    own_counts=False,
-)
+    width=128, height=96, counts=(4, 16, 64), radii=((0.02,),), samplers=("random", "latin", "poisson"),
+    reference_samplers=("sobol", "halton"), reference_count=16_384, seeds=2, most=20, own_counts=False,
+)  # fmt: skip
 
 
 def takes_samples(estimator: Estimator) -> bool:

@@ -22,9 +22,8 @@ _SECONDS, _LEAST = 3.0, 30  # of an animation; milliseconds of a picture
 
 def sheet_rows(count: int, most: int = 5) -> list[int]:
     """Indices of the views that are shown, at most ``most`` of ``count``, evenly spread from the first to the last."""
-    if count <= most:
-        return list(range(count))
-    return [round(k * (count - 1) / (most - 1)) for k in range(most)]
+    rows: list[int] = np.linspace(0, count - 1, min(count, most)).round().astype(int).tolist()
+    return rows
 
 
 def white(depth: FloatTexture) -> FloatTexture:

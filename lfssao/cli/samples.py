@@ -11,7 +11,7 @@ from lfssao.cli import values
 from lfssao.cli.terminal import BROKEN, printable, say, working
 from lfssao.cli.values import MOST_SAMPLES, PICTURES, check_target
 from lfssao.core.files import write_whole
-from lfssao.errors import InputError, check_choice, errors_of, no_such
+from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.samples import METHODS, sample_set
 from lfssao.samples.formats import FORMATS, read_points
 from lfssao.samples.properties import ALARM, PROMISES, as_table, check_promise
@@ -127,9 +127,7 @@ def _promise(text: str, columns: int, domain: str | None) -> tuple[str, str]:
     name, _, last = text.rpartition("-")
     if text not in PROMISES and name in PROMISES and last in DIMENSIONS:
         return name, last
-    if text not in PROMISES:
-        known = [*PROMISES, *(f"uniform-{where}" for where in DIMENSIONS)]
-        raise no_such("promise", text, known)
+    check_choice("promise", text, [*PROMISES, *(f"uniform-{where}" for where in DIMENSIONS)])
     fitting = [where for where in PROMISES[text].domains if DIMENSIONS[where] == columns]
     if domain is not None or not fitting:
         return text, domain or PROMISES[text].domains[0]

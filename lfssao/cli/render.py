@@ -14,8 +14,7 @@ from lfssao.cli.terminal import printable, progress, working
 from lfssao.cli.values import MOST_THREADS
 from lfssao.errors import InputError
 from lfssao.rendering.cluster import executor_of
-from lfssao.rendering.job import Item, Job
-from lfssao.rendering.output import ANIMATION, VIEW, Result
+from lfssao.rendering.output import ANIMATION, VIEW
 from lfssao.rendering.run import recover, run
 
 
@@ -39,8 +38,18 @@ def _render(options: argparse.Namespace) -> None:
     with working("load"):
         job = job_of(options, threads)
     seconds = {"load": time.perf_counter() - start}
-    bar = partial(progress, total=len(job.items()), desc="verify", unit="module")
-    _run(job, threads, recover(job, threads, bar) if options.resume else {}, options.scheduler, seconds)
+    total, executor, sent = len(job.items()), None, job
+    verifying = partial(progress, total=total, desc="verify", unit="module")
+    found = recover(job, threads, verifying) if options.resume else {}
+    with ExitStack() as stack:
+        if options.scheduler is not None and len(found) < total:
+            workers = executor_of(options.scheduler, min(threads, total - len(found)))
+            executor, threads, share = stack.enter_context(workers)
+            sent = share(job)
+        bar = stack.enter_context(progress(total=total, initial=len(found), unit="module"))
+        # Closed before the bar: files that were begun are finished first.
+        for _ in stack.enter_context(closing(run(job, threads, found, executor, sent, seconds))):
+            bar.update()
     written = f"{len(job.views)} EXR file{'s' * (len(job.views) > 1)}, manifest.json" + ", contact.png" * job.has_sheet
     written += ", view.png" * job.has_view
     if job.transforms is not None:
@@ -57,16 +66,3 @@ def _core_count() -> int:
     """Cores that this process may use, and that numba has threads for."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
     return int(min(cores, numba.config.NUMBA_NUM_THREADS))
-
-
-def _run(job: Job, threads: int, found: dict[Item, Result], scheduler: str | None, seconds: dict[str, float]) -> None:
-    """Render a job here or on a scheduler, with a progress bar."""
-    total, executor, sent = len(job.items()), None, job
-    with ExitStack() as stack:
-        if scheduler is not None and len(found) < total:
-            executor, threads, share = stack.enter_context(executor_of(scheduler, min(threads, total - len(found))))
-            sent = share(job)
-        bar = stack.enter_context(progress(total=total, initial=len(found), unit="module"))
-        # Closed before the bar: files that were begun are finished first.
-        for _ in stack.enter_context(closing(run(job, threads, found, executor, sent, seconds))):
-            bar.update()

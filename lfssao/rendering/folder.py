@@ -85,9 +85,8 @@ def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str
 
 def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Display:
     """The display of a manifest's ``values``, in the resolution of its views, the ``entries`` of modules by number."""
-    lists = {**values, "roi": tuple(tuple(corner) for corner in values["roi"])}
-    modules = [{**m, "homography": m["homography"] and tuple(m["homography"])} for m in values["modules"]]
-    display = Display(**{**lists, "modules": tuple(Module(**m) for m in modules)})
+    modules = [Module(**{**m, "homography": m["homography"] and tuple(m["homography"])}) for m in values["modules"]]
+    display = Display(**{**values, "roi": tuple(map(tuple, values["roi"])), "modules": tuple(modules)})
     if not entries or not set(entries) <= set(range(len(modules))):
         raise ValueError(f"views are not modules of {display.name}: {sorted(entries)}")
     guards = {k: 2 * e["view"].get("guard", 0) for k, e in entries.items()}

@@ -148,13 +148,11 @@ def integrands() -> list[tuple[str, str]]:
 
 def start(meshes: Sequence[Mesh], grid: Grid, threads: int) -> dict[str, Any]:
     """Return a result that holds only its setup: figures of different setups do not go into one file."""
-    machine = describe_machine(threads)
-    machine.pop("command")
-    kept = "name", "faces", "vertices_sha256"
+    kept, machine = ("name", "faces", "vertices_sha256"), describe_machine(threads)
     setup = {
         "scenes": [{key: each[key] for key in kept} for each in map(describe_scene, meshes)],
         "grid": json.loads(json.dumps(asdict(grid))),
-        "machine": machine,
+        "machine": {name: value for name, value in machine.items() if name != "command"},
         "commit": _commit(),
     }
     return {"work_precision": FORMAT, "setup": setup, "figures": FIGURES, "estimators": {}}

@@ -87,7 +87,7 @@ def subpixel_radii(
 
 
 def _extent(view: View, box: NDArray[np.float64], radius: float) -> float:
-    """Distance along u or v, texels, by which balls at a box's corners reach, the largest; NaN where unknown."""
+    """Largest distance along u or v, texels, that balls at a box's corners reach to a side; NaN where unknown."""
     to_image, corners = view.world_to_image, np.array(list(product(*box.T)))
     steps = to_image(corners[:, None] + radius * np.eye(3)) - to_image(corners)[:, None]
     return float(np.sqrt((steps[..., :2] ** 2).sum(axis=1)).max())

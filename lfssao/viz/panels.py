@@ -25,11 +25,8 @@ def texture_panels(rows: int, columns: int, surface: NDArray[np.bool_]) -> tuple
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     panels[0, 0].set(xlim=(left, right), ylim=(bottom, top))
     for axes in panels.flat:
-        axes.set_aspect("equal")
-    for axes in panels[-1]:
-        axes.set_xlabel("u, texels")
-    for axes in panels[:, 0]:
-        axes.set_ylabel("v, texels")
+        axes.set(aspect="equal", xlabel="u, texels", ylabel="v, texels")
+        axes.label_outer()
     return figure, panels
 
 

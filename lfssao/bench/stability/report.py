@@ -12,7 +12,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from lfssao.bench.stability.measure import Measured
 from lfssao.bench.stability.table import BROKEN, DEGRADED, REFUSED, WITHIN, Row
 from lfssao.core.files import write_text, write_whole
 
@@ -35,16 +34,13 @@ def as_text(rows: Sequence[Row], all_rows: bool = False) -> str:
         row = max(group, key=_badness)
         text = row.input if len(group) == 1 else f"{row.input} (worst of {len(group)})"
         verdict = f"{row.verdict}: {row.reason}" if row.reason else row.verdict
-        out.append(line.format(row.case, text, row.path, *_numbers(row.measured), verdict))
+        m, numbers = row.measured, ["-"] * 6
+        if m is not None:
+            found = (getattr(m, name) for name in _NUMBERS)
+            numbers = [*("-" if n is None else f"{n:.2g}" for n in found), f"{m.flipped}/{m.decisions}"]
+        out.append(line.format(row.case, text, row.path, *numbers, verdict))
     counts = Counter(row.verdict for row in rows)
     return "\n".join([*out, f"{len(rows)} rows: " + ", ".join(f"{counts[verdict]} {verdict}" for verdict in _COLORS)])
-
-
-def _numbers(m: Measured | None) -> list[str]:
-    if m is None:
-        return ["-"] * 6
-    numbers = (getattr(m, name) for name in _NUMBERS)
-    return ["-" if n is None else f"{n:.2g}" for n in numbers] + [f"{m.flipped}/{m.decisions}"]
 
 
 def _badness(row: Row) -> tuple[int, float, float]:

@@ -1,13 +1,13 @@
 """One scene of a work-precision run: a view of a mesh, its textures and its ray-cast occlusion."""
 
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator
 from lfssao.ao.estimators.registry import estimate
-from lfssao.ao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
+from lfssao.ao.ground_truth import Occluders, ray_cast_occlusion
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.bench.work_precision.settings import Grid, Inputs
 from lfssao.gbuffer.caster import RayCaster
@@ -30,16 +30,12 @@ class BenchScene:
         gbuffer = RayCaster(mesh, view.cast_from_world, threads).gbuffer(view, normals="geometric")
         self.buffers = Buffers.of(gbuffer, view)
         self.surface: NDArray[np.bool_] = np.isfinite(self.buffers.depth)
-        self._cast = cache(self._cast_rays)
+        self._cast = cache(partial(ray_cast_occlusion, self.occluders, self.buffers, tolerance=0.01, rounds=(8, 64)))
         self.turned = cache(self.buffers.turned)  # by rotation and seed
-
-    def _cast_rays(self, radius: float, integrand: Integrand) -> GroundTruth:
-        scene = self.occluders, self.buffers, radius * self.unit
-        return ray_cast_occlusion(*scene, *integrand, tolerance=0.01, rounds=(8, 64))
 
     def truth(self, radii: tuple[float, ...], integrand: Integrand) -> tuple[Texture, Texture]:
         """Ray-cast occlusion and its standard error, (H, W), merged over the radii as textures are."""
-        cast = [self._cast(radius, integrand) for radius in radii]
+        cast = [self._cast(radius * self.unit, *integrand) for radius in radii]
         each = np.array([(truth.texture, truth.error) for truth in cast])
         texture, error = np.take_along_axis(each, each[:, :1].argmax(axis=0, keepdims=True), axis=0)[0]
         return texture, error

@@ -65,18 +65,15 @@ def contact_sheet(strips: Sequence[tuple[str, Image.Image]]) -> Image.Image:
     column = (width + _MARGIN) // 3
     top = 0
     for name, picture in strips:
-        for k, title in enumerate(_TITLES):
-            caption = f"{name}: {title}" if k == 0 else title
-            draw.text((_MARGIN + k * column, top + 6), caption, fill="black")
+        for k, title in enumerate((f"{name}: {_TITLES[0]}", *_TITLES[1:])):
+            draw.text((_MARGIN + k * column, top + 6), title, fill="black")
         sheet.paste(picture, (_MARGIN, top + _CAPTION))
         top += picture.height + _CAPTION + _MARGIN
-    values = np.linspace(0, 1, width, dtype=np.float32)
-    bar = Image.fromarray(np.tile(to_codes(values), (_CAPTION, 1)))
-    sheet.paste(bar, (_MARGIN, top))
-    draw.text((_MARGIN, top + _CAPTION + 4), "0", fill="black")
+    bar = to_codes(np.linspace(0, 1, width, dtype=np.float32))
+    sheet.paste(Image.fromarray(np.tile(bar, (_CAPTION, 1))), (_MARGIN, top))
     said = "linear values 0 to 1 of all pictures, in sRGB's curve; 1/2 is in the middle"
-    draw.text((_MARGIN + width // 2, top + _CAPTION + 4), said, fill="black", anchor="ma")
-    draw.text((_MARGIN + width, top + _CAPTION + 4), "1", fill="black", anchor="ra")
+    for place, text, anchor in ((0, "0", "la"), (width // 2, said, "ma"), (width, "1", "ra")):
+        draw.text((_MARGIN + place, top + _CAPTION + 4), text, fill="black", anchor=anchor)
     return sheet
 
 

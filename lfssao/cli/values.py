@@ -85,9 +85,8 @@ def module_range(text: str) -> range:
     """A range A:B of modules."""
     found = re.fullmatch(r"([0-9]{1,9}):([0-9]{1,9})", text, re.ASCII)
     if not found:
-        raise argparse.ArgumentTypeError(
-            f"'{_short(text)}' is not a range A:B of two whole numbers, such as 0:3 for modules 0, 1 and 2"
-        )
+        wanted = "a range A:B of two whole numbers, such as 0:3 for modules 0, 1 and 2"
+        raise argparse.ArgumentTypeError(f"'{_short(text)}' is not {wanted}")
     start, stop = int(found[1]), int(found[2])
     if start >= stop:
         raise argparse.ArgumentTypeError(f"'{text}' holds no module: A:B needs A < B")

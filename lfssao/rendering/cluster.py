@@ -25,9 +25,8 @@ def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int,
         from dask import config  # late: optional packages
         from distributed import Client, LocalCluster
     except ImportError as error:
-        raise MissingPackageError(
-            "--scheduler needs the package distributed, which is not installed here: pip install 'lfssao[dask]'"
-        ) from error
+        wanted = "the package distributed, which is not installed here: pip install 'lfssao[dask]'"
+        raise MissingPackageError(f"--scheduler needs {wanted}") from error
     with ExitStack() as stack:
         address = scheduler
         if scheduler == "local":

@@ -120,10 +120,8 @@ def _check_sizes(path: Path, specs: list[Any]) -> None:
     if claimed > max(_HARMLESS, _MOST_EXPANSION * there):
         most = max(specs, key=_bytes_in_memory)
         tiles = f" in tiles of {most.tile_width}x{most.tile_height}" if most.tile_width else ""
-        raise InputError(
-            f"{path}: its header claims {most.width}x{most.height} texels{tiles}, {claimed / 1e9:.3g} GB in all; "
-            f"a file of {there} bytes cannot hold that"
-        )
+        size = f"{most.width}x{most.height} texels{tiles}, {claimed / 1e9:.3g} GB in all"
+        raise InputError(f"{path}: its header claims {size}; a file of {there} bytes cannot hold that")
     check_available(f"{path}: its texels", claimed)
 
 

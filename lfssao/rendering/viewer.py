@@ -160,9 +160,8 @@ def eye_point(display: Display | str | Path, eye_x: float) -> tuple[float, float
     z = display.observer_z + _depth_on_arc(display.observer_curvature, eye_x)
     edge = _depth_on_arc(display.screen_curvature, 0.5 * display.screen_width)
     if not z < min(0.0, edge):
-        raise InputError(
-            f"display {display.name}: its observers' arc has no eye in front of the screen at x = {eye_x:g}"
-        )
+        where = f"in front of the screen at x = {eye_x:g}"
+        raise InputError(f"display {display.name}: its observers' arc has no eye {where}")
     return float(eye_x), display.observer_height, z
 
 

@@ -10,12 +10,12 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lfssao.errors import InputWarning
 from lfssao.optics.display import Display
 from lfssao.optics.view import View
 from lfssao.rendering.settings import Settings, diagonal
+from lfssao.rendering.views import Box
 from lfssao.scene.mesh import Mesh
 
 _WIDEST = 50.0  # metres; no screen that scatters light fields is a tenth as wide
@@ -35,9 +35,7 @@ def of_display(display: Display) -> Iterator[str]:
         yield f"display {display.name}: its screen is {size} metres large: did you mean millimetres?"
 
 
-def of_radii(
-    mesh: Mesh, views: Sequence[View], settings: Settings, boxes: Sequence[NDArray[np.float64]]
-) -> Iterator[str]:
+def of_radii(mesh: Mesh, views: Sequence[View], settings: Settings, boxes: Sequence[Box]) -> Iterator[str]:
     """Radii that reach across the scene, or not to the next texel; ``boxes`` are the scene's in each frame, (2, 3)."""
     radii, size = settings.radii if "ao" in settings.computed else (), diagonal(mesh)
     large = [f"{radius:g}" for radius in radii if radius > 0.5 * size]
@@ -74,9 +72,7 @@ def _few(names: Sequence[str]) -> str:
     return ", ".join(names[:3]) + more
 
 
-def subpixel_radii(
-    views: Sequence[View], boxes: Sequence[NDArray[np.float64]], radii: Iterable[float]
-) -> tuple[float, ...]:
+def subpixel_radii(views: Sequence[View], boxes: Sequence[Box], radii: Iterable[float]) -> tuple[float, ...]:
     """Radii above 0 whose ball covers less than half a texel to each side, at each corner of the boxes, in each view.
 
     Their samples read the depth of their own texel: such AO says nothing about the scene. Boxes are (2, 3) float64 and
@@ -86,7 +82,7 @@ def subpixel_radii(
     return tuple(r for r in radii if r > 0 and all(_extent(view, box, r) < 0.5 for view, box in places))
 
 
-def _extent(view: View, box: NDArray[np.float64], radius: float) -> float:
+def _extent(view: View, box: Box, radius: float) -> float:
     """Largest distance along u or v, texels, that balls at a box's corners reach to a side; NaN where unknown."""
     to_image, corners = view.world_to_image, np.array(list(product(*box.T)))
     steps = to_image(corners[:, None] + radius * np.eye(3)) - to_image(corners)[:, None]

@@ -79,11 +79,8 @@ def without_background(gbuffer: GBuffer) -> GBuffer:
     depth, positions = gbuffer.depth.flat[at], gbuffer.positions.reshape(-1, 3)[at]
     if not seen.any():
         depth, positions = np.float32(0), np.zeros(3, np.float32)
-    return replace(
-        gbuffer,
-        depth=np.where(seen, gbuffer.depth, depth),
-        positions=np.where(seen[..., None], gbuffer.positions, positions),
-    )
+    depth, positions = np.where(seen, gbuffer.depth, depth), np.where(seen[..., None], gbuffer.positions, positions)
+    return replace(gbuffer, depth=depth, positions=positions)
 
 
 def described(left: LeftOut) -> list[dict[str, Any]]:

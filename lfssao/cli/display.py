@@ -15,10 +15,8 @@ def add_to(display: argparse.ArgumentParser) -> None:
         is."""
     display.set_defaults(run=_display)
     display.add_argument("name", nargs="?", metavar="NAME", help="a preset, or a file whose name ends in .toml")
-    drawing = (
-        "draw modules, screen, observers, region of interest and rays, from above and from the side, into FILE (.png, "
-        ".svg or .pdf; default: NAME.png)"
-    )
+    drawing = """draw modules, screen, observers, region of interest and rays, from above and from the side, into FILE
+        (.png, .svg or .pdf; default: NAME.png)"""
     display.add_argument("--plot", nargs="?", const="", metavar="FILE", help=drawing)
 
 

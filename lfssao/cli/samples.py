@@ -17,10 +17,8 @@ from lfssao.samples.formats import FORMATS, read_points
 from lfssao.samples.properties import ALARM, PROMISES, as_table, check_promise
 from lfssao.samples.sets import DIMENSIONS, SampleSet
 
-_PROMISES = (
-    "what to check, may be given several times: a name, or name-domain for points of the sphere or the disk (default: "
-    "inside, distinct, uniform)"
-)
+_PROMISES = """what to check, may be given several times: a name, or name-domain for points of the sphere or the disk
+    (default: inside, distinct, uniform)"""
 _alarm = values.number("a probability above 0 and below 1", lambda value: 0 < value < 1)
 _FILES = ".csv, .txt, .json or .npy files, also as a pattern such as 'mine_*.csv'"
 

@@ -31,10 +31,8 @@ def add_to(view: argparse.ArgumentParser) -> None:
     add("folder", metavar="DIR", help="a folder that 'lfssao render' wrote, of a display of at least two modules")
     place = "place of the eye along the observer line, metres; the command says how far eyes may go (default: 0)"
     add("--eye-x", type=finite, metavar="X", help=place)
-    orbit = (
-        "an animation of N frames (even) along the observer line, from the leftmost to the rightmost eye that the "
-        f"modules reach from the whole screen, and back (default: {FRAMES})"
-    )
+    orbit = f"""an animation of N frames (even) along the observer line, from the leftmost to the rightmost eye that the
+        modules reach from the whole screen, and back (default: {FRAMES})"""
     add("--orbit", type=_even, nargs="?", const=FRAMES, metavar="N", help=orbit)
     named = "picture to write, .png; with --orbit .png, .gif or .webp, animated (default: DIR/view.png or orbit.png)"
     add("-o", "--output", metavar="FILE", help=named)

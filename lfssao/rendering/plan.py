@@ -67,7 +67,7 @@ def ao_seconds(textures: Textures, settings: Settings, neighbours: Sequence[Neig
 
 def other_radii(radii: Iterable[float]) -> tuple[float, ...]:
     """Radii that are not 0, differ, and have the offsets of these in float32 but for one in millions."""
-    # An ulp or two apart: float32 rounds their offsets to the same numbers.
+    # Each some ulps larger: float32 rounds their offsets to the same numbers.
     return tuple((radius or 1e-60) * (1 + k * 2.0**-52) for k, radius in enumerate(radii))
 
 
@@ -76,10 +76,10 @@ def without_background(gbuffer: GBuffer) -> GBuffer:
     assert gbuffer.positions is not None  # AO reads them
     seen = gbuffer.triangle >= 0
     at = np.argmax(np.where(seen, gbuffer.depth, -inf))
-    depth, positions = gbuffer.depth.flat[at], gbuffer.positions.reshape(-1, 3)[at]
+    far, point = gbuffer.depth.flat[at], gbuffer.positions.reshape(-1, 3)[at]
     if not seen.any():
-        depth, positions = np.float32(0), np.zeros(3, np.float32)
-    depth, positions = np.where(seen, gbuffer.depth, depth), np.where(seen[..., None], gbuffer.positions, positions)
+        far, point = np.float32(0), np.zeros(3, np.float32)
+    depth, positions = np.where(seen, gbuffer.depth, far), np.where(seen[..., None], gbuffer.positions, point)
     return replace(gbuffer, depth=depth, positions=positions)
 
 

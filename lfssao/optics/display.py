@@ -16,7 +16,7 @@ from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics import lens as optics
 from lfssao.optics.kernels import display as kernels
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.view import DIFFUSERS, View, WorldToImage
+from lfssao.optics.view import DIFFUSERS, View, WorldToImage, finite_numbers
 
 PHYSICAL_Z = "physical z: metres from the screen plane, away from the viewers"
 
@@ -321,7 +321,8 @@ def fit_roi(world_box: NDArray[np.float64], physical_box: Any) -> Matrix:
     >>> lfssao.fit_roi(np.array([[0, 0, 0], [1, 1, 1]]), ((-1, -1, -1), (1, 1, 1))).tolist()
     [[2.0, 0.0, 0.0, -1.0], [0.0, 2.0, 0.0, -1.0], [0.0, 0.0, -2.0, 1.0]]
     """
-    room_box = np.asarray(physical_box, np.float64)
+    world_box = finite_numbers("world_box", world_box, 2, 3)
+    room_box = finite_numbers("physical_box", physical_box, 2, 3)
     size = world_box[1] - world_box[0]
     room = room_box[1] - room_box[0]
     scale = min((float(r / s) for r, s in zip(room, size, strict=True) if s > 0), default=1.0)

@@ -110,7 +110,9 @@ class Settings:
     layers: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        if not self.radii:
+        if np.ndim(self.radii) != 1:
+            raise InputError(f"radii is {self.radii!r:.60}, it must be a list of numbers")
+        if len(self.radii) == 0:
             raise InputError("radii: at least one is needed; default_radii(mesh) gives five")
         for radius in self.radii:
             check_radius(radius)

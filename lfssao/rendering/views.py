@@ -38,6 +38,8 @@ def module_views(
     mesh, display = find_scene(mesh), find_display(display)
     count = len(display.modules)
     wanted = range(count) if modules is None else modules
+    if np.ndim(wanted) != 1:
+        raise InputError(f"modules is {wanted!r:.60}, it must be a range or a list of numbers")
     if len(wanted) == 0 or min(wanted) < 0 or max(wanted) >= count:
         named = f"{wanted.start}:{wanted.stop}" if isinstance(wanted, range) else f"{list(wanted)}"
         raise InputError(f"modules {named} are not a part of 0:{count}, the modules of {display.name}")

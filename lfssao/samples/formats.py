@@ -96,7 +96,7 @@ def _read_text(path: Path) -> tuple[FloatArray, FloatArray | None, None]:
     try:
         table = np.loadtxt(lines, delimiter=between, ndmin=2) if lines else np.empty((0, len(names)))
     except ValueError as error:
-        raise InputError(f"{path}: it is no table of numbers ({error})") from error
+        raise InputError(f"{path}: it is no table of numbers ({str(error).partition(';')[0]})") from error
     if names and table.shape[1] != len(names):
         raise InputError(f"{path}: it names {len(names)} columns and has {table.shape[1]}")
     if "weight" not in names:

@@ -14,6 +14,9 @@ from lfssao.errors import InputError
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import WorldToImage
 
+# Kernels count samples in 32 bits.
+MOST_COUNTED = 2**31 - 1
+
 
 @dataclass(frozen=True, eq=False)
 class Occlusion:
@@ -153,6 +156,8 @@ def scaled_offsets(samples: Texture, radius: float, dtype: np.dtype[Any]) -> Tex
     table = np.asarray(samples, np.float64)
     if table.ndim != 2 or table.shape[1] != 3 or len(table) == 0:
         raise InputError(f"samples have shape {table.shape}, expected (n, 3) with n at least 1")
+    if len(table) > MOST_COUNTED:
+        raise InputError(f"there are {len(table)} samples, more than {MOST_COUNTED} cannot be counted")
     if not np.isfinite(table).all():
         raise InputError("samples: a coordinate is not finite")
     return np.ascontiguousarray(radius * table, dtype)

@@ -16,7 +16,7 @@ from lfssao.ao.estimators.sao import estimator as scalable
 from lfssao.ao.estimators.sao.kernels.passes import bilateral
 from lfssao.ao.estimators.sao.kernels.reconstruct import face_normals, linear_depth
 from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_rays
-from lfssao.ao.kernels.post import gaussian_weights
+from lfssao.ao.reference import gaussian_weights
 from lfssao.bench.work_precision.figures import rms
 from lfssao.samples import texel_angles
 
@@ -50,9 +50,7 @@ def judge_filters(found: Found) -> Judged:
 
 def wide_bilateral(visibility: Any, keys: Any) -> Any:
     """Two passes of 13 neighbouring taps, AlchemyAO's by SAO's figure 2."""
-    weights = np.empty(13)
-    gaussian_weights(6.0, 6, weights)
-    weights = weights.astype(visibility.dtype)
+    weights = gaussian_weights(6.0, 6).astype(visibility.dtype)
     for step in ((1, 0), (0, 1)):
         target = np.empty_like(visibility)
         bilateral(visibility, keys, weights, step, visibility.dtype.type(2048), target)

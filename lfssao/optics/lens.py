@@ -18,6 +18,7 @@ def aligned_homography(screen: tuple[float, float], resolution: tuple[int, int])
     return (width / w, 0.0, width / 2, 0.0, -height / h, height / 2, 0.0, 0.0, 1.0)
 
 
+@np.errstate(all="ignore")  # what overflows is refused when it is inverted
 def projector_homography(
     lens: Vector, rotation: Vector, field_of_view: float, resolution: tuple[int, int]
 ) -> Homography:
@@ -45,14 +46,13 @@ def with_guard(h: Homography, guard: int) -> Homography:
     return (*upper, *h[6:])
 
 
+@np.errstate(all="ignore")  # what overflows is refused
 def invert(h: Homography) -> Homography:
     """Inverse of a homography, adjugate over determinant; InputError if it is singular."""
     m = np.reshape(h, (3, 3))
-    with np.errstate(all="ignore"):  # what overflows is refused
-        size = np.sqrt(np.sum(m * m, axis=1)).prod()
-        if not abs(determinant(m)) > 1e-12 * size:
-            raise InputError("the homography is singular")
-        return tuple((cofactors(m).T / determinant(m)).ravel().tolist())
+    if not abs(determinant(m)) > 1e-12 * np.sqrt(np.sum(m * m, axis=1)).prod():
+        raise InputError("the homography is singular")
+    return tuple((cofactors(m).T / determinant(m)).ravel().tolist())
 
 
 def fold_radius(k1: float, k2: float) -> float:

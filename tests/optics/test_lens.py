@@ -61,6 +61,11 @@ def test_an_infinite_or_undefined_homography_is_singular(entry):
             optics.invert(tuple(h))
 
 
+def test_a_field_of_view_whose_focal_length_overflows_is_refused_in_silence():
+    with pytest.raises(InputError, match="singular"):
+        optics.invert(optics.projector_homography((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), 1e-306, (40, 30)))
+
+
 angles = st.floats(-70, 70)
 
 

@@ -111,6 +111,7 @@ _LF = Estimator(
     integrand=("uniform", "shell"),
     whole_ball=True,
     turns=True,
+    texel_bytes=16,
     rotation="hash",  # LF section 4 spawns random samples at each pixel
 )
 

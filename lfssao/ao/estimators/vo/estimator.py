@@ -200,7 +200,7 @@ ENTRIES = (
         options=VolumeOptions,
         samples=partial(_samples, "ball"),
         count=12,
-        texel_bytes=28,
+        texel_bytes=32,
     ),
     *_pair(
         "vo-lines",
@@ -212,7 +212,7 @@ ENTRIES = (
         samples=partial(_samples, "disk"),
         dimensions=2,
         count=5,
-        texel_bytes=28,
+        texel_bytes=32,
     ),
     *_pair(
         "vo-area",
@@ -224,6 +224,6 @@ ENTRIES = (
         samples=partial(_samples, "disk", middle=True),
         dimensions=2,
         count=1,
-        texel_bytes=61,
+        texel_bytes=65,
     ),
 )

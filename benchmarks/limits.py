@@ -13,7 +13,6 @@ _CALLS = (
 LIMITS: dict[str, str] = {
     "linear z": _MEMORY,
     "positions from z": _CACHE,
-    "bilateral keys": _MEMORY,
     "packing": _CACHE,
     "occlusion of A": _MEMORY,
     "2x2 average": _CACHE,
@@ -24,7 +23,6 @@ LIMITS: dict[str, str] = {
     "multiresolution, upsample": "three divisions a texel and coarse texel; background, which C skips, is computed too",
     "multiresolution": "background between surfaces is computed, which C skips; see the other scene",
     "viewing directions": "the divider: three float64 quotients and a root, at most twice as fast in vectors as alone",
-    "depth along the axis": _CACHE,
     "pyramid of moments": "24 bytes a texel and level, float64; gcc makes vectors of the moments as LLVM does",
     "vo-area": "its pyramid, which has a row of its own",
     "face normals": "memory, three times as fast as C in the cache (last table); and background, which C skips",

@@ -10,7 +10,6 @@ import numpy as np
 from lfssao import Buffers, Camera, RayCaster, builtin_scene, estimate, find_display, module_views
 from lfssao.ao.estimators.sao import estimator as scalable
 from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
-from lfssao.ao.estimators.vo.local_frame import seen_surface
 from lfssao.ao.post import blur, merge
 from lfssao.optics.view import View
 from lfssao.rendering.settings import diagonal
@@ -135,11 +134,6 @@ def _directions(views: Views) -> Any:
     return [Buffers(b.view, b.depth, b.positions).directions for b in (views.module, views.camera)]
 
 
-def _axis_depth(views: Views) -> Any:
-    """The input, from a camera, of the estimators over a ball along the line of sight."""
-    return seen_surface(views.camera)
-
-
 def _merged(views: Views) -> Any:
     """LF's last passes: the largest of five radii and the blur."""
     layers = np.stack([_module("lf", views).texture] * 5)
@@ -164,7 +158,6 @@ SETTINGS = (
     Setting("hbao, 8 x 8", partial(_module, "hbao")),
     Setting("multiresolution", partial(_module, "multiresolution")),
     Setting("viewing directions", _directions, (), False),
-    Setting("depth along the axis", _axis_depth, (), False),
     Setting("sao, 9", _sao),
     Setting("sao-equation-1, 9", partial(_sao, name="sao-equation-1"), ("SAO taps",)),
     Setting("sao, 9, module", _sao_module, ("face normals", "SAO taps")),

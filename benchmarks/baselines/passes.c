@@ -46,16 +46,6 @@ void directions(int width, int height, int kind, const double *lens, const doubl
     }
 }
 
-/* axis: the row of cast space's z in the map world -> cast space. */
-void axis_depth(int width, int height, const float *depth, const float *places, const float *axis, float *linear)
-{
-    ROWS for (int i = 0; i < width; i++) {
-        const int64_t t = (int64_t)j * width + i;
-        const float *p = places + 3 * t;
-        linear[t] = depth[t] < INFINITY ? ((axis[0] * p[0] + axis[1] * p[1]) + axis[2] * p[2]) + axis[3] : depth[t];
-    }
-}
-
 /* lines: u_c, a, b, c, d for x, then for y; m: rows of four, cast space -> world. */
 void positions(int width, int height, const float *z, const float *lines, const float *m, float *out)
 {
@@ -165,17 +155,6 @@ void next_level(int width, int height, const float *source, int how, float origi
                     ? 1 / ((((1 / e + 1 / f) + 1 / g) + 1 / k) * 0.25f) + origin : mean(a, b, c, d);
             }
         }
-    }
-}
-
-void depth_keys(int width, int height, const float *z, float origin, float scale, float *keys)
-{
-    ROWS for (int i = 0; i < width; i++) {
-        const float d = z[(int64_t)j * width + i];
-        float key = (d - origin) * scale;
-        key = key > 0 ? key : 0;
-        key = key < 1 ? key : 1;
-        keys[(int64_t)j * width + i] = d < INFINITY ? key : INFINITY;
     }
 }
 

@@ -186,11 +186,10 @@ def keys_of(z: Texture, origin: float, z_min: float) -> Texture:
     """Bilateral and packing key, (H, W): 0 at ``origin`` to 1 at ``z_min`` from it (0: at the farthest surface)."""
     if z_min == 0:
         z_min = float(np.max(z, initial=-np.inf, where=z < np.inf)) - origin
-    keys = np.empty_like(z)
-    scale = 1 / z_min if z_min > 0 and isfinite(1 / z_min) else 1.0
-    with np.errstate(over="ignore", under="ignore"):
-        passes.depth_keys(z, z.dtype.type(origin), z.dtype.type(scale), keys)
-    return keys
+    number, scale = z.dtype.type, 1 / z_min if z_min > 0 and isfinite(1 / z_min) else 1.0
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        keys = (z - number(origin)) * number(scale)
+        return np.where(z < np.inf, np.where(keys > 0, np.minimum(keys, 1), 0), z)  # of NaN 0, as GPUs have it
 
 
 def reconstruct(visibility: Texture, keys: Texture, gauss: float, sharpness: float, packed: bool) -> Texture:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from lfssao.ao.estimators.vo.kernels.local_frame import TILE, SeenSurface, write_axis_depth
+from lfssao.ao.estimators.vo.kernels.local_frame import TILE, SeenSurface
 from lfssao.ao.kernels.spans import CHUNK
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.elementary import sincospi
@@ -26,9 +26,9 @@ def seen_surface(buffers: Buffers) -> SeenSurface:
     depth, positions = np.ascontiguousarray(buffers.depth), np.ascontiguousarray(buffers.positions)
     m, divisor, axis = mapping.numbers, np.zeros(4), view.cast_from_world[2]
     if mapping.kind == MATRIX:
-        divisor, linear = m[12:16], np.empty_like(depth)
-        write_axis_depth(depth, positions, np.ascontiguousarray(axis, dtype), linear)
-        depth = linear
+        divisor, (a, b, c, d), (x, y, z) = m[12:16], axis.astype(dtype), np.moveaxis(positions, 2, 0)
+        with np.errstate(all="ignore"):
+            depth = np.where(depth < np.inf, ((a * x + b * y) + c * z) + d, depth)
     return SeenSurface(
         depth=depth.ravel(),
         positions=positions.ravel(),

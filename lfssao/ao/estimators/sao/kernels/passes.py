@@ -44,22 +44,11 @@ def average_quads(begin, stop, visibility, z, edge, target):
                 target[j, i], target[last, i] = blend(target[j, i], target[last, i], z[j, i], z[last, i], edge)
 
 
-@kernel(rows="z")
-def depth_keys(begin, stop, z, origin, scale, keys):
-    """(z - origin) scale, held in [0, 1]; +infinity where there is no surface. All (H, W), or scalars of that dtype."""
-    width = z.shape[1]
-    for j in range(begin, stop):
-        zero, one = z.dtype.type(0), z.dtype.type(1)
-        for i in range(width):
-            key = min(one, max(zero, (z[j, i] - origin) * scale))  # of NaN the constant, as GPUs have it
-            keys[j, i] = key if z[j, i] < np.inf else z.dtype.type(np.inf)
-
-
 @kernel(rows="keys")
 def through_bytes(begin, stop, visibility, keys, values, depths):
     """A and key as three bytes hold them: A = R / 255, key = (G + B / 255) / 256; +infinity for G = B = 255.
 
-    visibility in [0, 1] and keys as of depth_keys, (H, W); values, depths: out.
+    visibility in [0, 1] and keys as of ``keys_of``, (H, W); values, depths: out.
     """
     dtype = keys.dtype.type
     half, whole, steps, zero, most = dtype(0.5), dtype(256), dtype(255), dtype(0), np.int32(255)

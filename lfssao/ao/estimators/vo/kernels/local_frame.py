@@ -242,17 +242,3 @@ def project(kind, lens, n, slots):
             u, v, answer = physical_to_image(d, slots[slot(PLACE, i)], slots[slot(PLACE + 1, i)], z)
             slots[slot(PLACE, i)] = u if answer == VALID else type(z)(np.nan)
             slots[slot(PLACE + 1, i)] = v
-
-
-@kernel(rows="depth")
-def write_axis_depth(begin, stop, depth, positions, axis, linear):
-    """Cast z of each position, (H, W), out, +infinity where depth is; axis: (4,), z's row of world -> cast space."""
-    width = depth.shape[1]
-    depths, places, out = depth.reshape(-1), positions.reshape(-1), linear.reshape(-1)
-    a, b, c, d = axis[0], axis[1], axis[2], axis[3]
-    for j in range(begin, stop):
-        for i in range(width):
-            texel = np.uint64(j * width + i)
-            t = np.uint64(3) * texel
-            z = ((a * places[t] + b * places[t + np.uint64(1)]) + c * places[t + np.uint64(2)]) + d
-            out[texel] = z if depths[texel] < np.inf else depths[texel]

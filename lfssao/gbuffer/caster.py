@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from lfssao.core import pictures
 from lfssao.core.affine import Matrix, transform_points
@@ -153,11 +153,10 @@ class RayCaster:
                 raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
         rows = range(view.height) if rows is None else rows
         part, colored = slice(rows.start, rows.stop), color is not None and self._material is not None
-        size = view.height, view.width
-        depth, triangle = np.full(size, np.inf, np.float32), np.full(size, -1, np.int32)
-        places = np.full((*size, 3), np.inf, np.float32) if positions else None
-        rgb = np.zeros((*size, 3), np.float32) if colored else None
-        directions = None if normals is None else np.zeros((*size, 3), np.float32)
+        depth, triangle = _texture(view, rows, np.inf), _texture(view, rows, -1, dtype=np.int32)
+        places = _texture(view, rows, np.inf, 3) if positions else None
+        rgb = _texture(view, rows, 0, 3) if colored else None
+        directions = None if normals is None else _texture(view, rows, 0, 3)
         if rows:
             seen, mesh, z = triangle[part], self.mesh, np.empty((len(rows), view.width))
             at = np.empty((0, 0, 3), np.float32) if places is None else places[part]
@@ -223,6 +222,13 @@ class RayCaster:
 
         in_chunks(trace, len(origins), _CHUNK, self.threads)
         return hit
+
+
+def _texture(view: View, rows: range, nothing: float, *channels: int, dtype: DTypeLike = np.float32) -> NDArray[Any]:
+    """A texture of a view with ``nothing`` above and below some rows, anything in them."""
+    texture = np.empty((view.height, view.width, *channels), dtype)
+    texture[: rows.start], texture[rows.stop :] = nothing, nothing
+    return texture
 
 
 def _material(source: Paint) -> surface.Material:

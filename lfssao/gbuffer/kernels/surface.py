@@ -18,7 +18,7 @@ from lfssao.optics.kernels.rays import image_depth, texel_ray
 
 @kernel(rows="triangle")
 def write_surface(begin, stop, rays, world_from_cast, triangle, z, depth, positions, top=0):
-    """Write depth, (H, W) float32, and world positions, (H, W, 3) float32, where there is a surface.
+    """Write depth, (H, W) float32, and world positions, (H, W, 3) float32; +infinity where there is no surface.
 
     triangle: (H, W) int32, -1 where there is no surface. z: (H, W) float64, cast space, of the hit. positions may be of
     shape (0, 0, 3), and is then left out. top: the view's row that row 0 is.
@@ -27,6 +27,9 @@ def write_surface(begin, stop, rays, world_from_cast, triangle, z, depth, positi
     for j in range(begin, stop):
         for i in range(triangle.shape[1]):
             if triangle[j, i] < 0:
+                depth[j, i] = np.inf
+                if placed:
+                    positions[j, i, 0], positions[j, i, 1], positions[j, i, 2] = np.inf, np.inf, np.inf
                 continue
             depth[j, i] = image_depth(rays, z[j, i])
             if placed:
@@ -66,7 +69,7 @@ def interpolate(values, faces, face, weight_b, weight_c, k):
 
 @kernel(rows="triangle")
 def write_normals(begin, stop, rays, world_from_cast, triangle, weights, mesh, normals, top=0):
-    """Write unit normals in world space towards the viewer, (H, W, 3) float32, where there is a surface.
+    """Write unit normals in world space towards the viewer, (H, W, 3) float32; 0 where there is no surface.
 
     triangle, weights: (H, W) int32 and (H, W, 2) float64, as of ``points_on_triangles``. Smooth normals are (a w_a +
     b w_b) + c w_c of the vertices' normals, w_a = (1 - w_b) - w_c; geometric ones, for weights of shape (0, 0, 2), are
@@ -77,6 +80,7 @@ def write_normals(begin, stop, rays, world_from_cast, triangle, weights, mesh, n
         for column in range(triangle.shape[1]):
             face = triangle[row, column]
             if face < 0:
+                normals[row, column, 0], normals[row, column, 1], normals[row, column, 2] = 0, 0, 0
                 continue
             if smooth:
                 b, c = weights[row, column, 0], weights[row, column, 1]
@@ -138,7 +142,7 @@ def nearest_sample(texels, first, wide, high, u, v, channel):
 
 @kernel(rows="triangle")
 def write_albedo(begin, stop, triangle, weights, faces, material, nearest, rgb):
-    """Write the diffuse colour of every texel, that sees a surface, (H, W, 3) float32 linear RGB.
+    """Write the diffuse colour of every texel, (H, W, 3) float32 linear RGB; 0 where there is no surface.
 
     triangle, weights: (H, W) int32 and (H, W, 2) float64, as of ``points_on_triangles``. faces: (F, 3) int32. nearest:
     textures are read at the nearest texel and not between four.
@@ -148,6 +152,7 @@ def write_albedo(begin, stop, triangle, weights, faces, material, nearest, rgb):
         for i in range(triangle.shape[1]):
             face = triangle[j, i]
             if face < 0:
+                rgb[j, i, 0], rgb[j, i, 1], rgb[j, i, 2] = 0, 0, 0
                 continue
             b, c, number = weights[j, i, 0], weights[j, i, 1], material.of_face[face]
             first, wide, high = material.textures[number, 0], material.textures[number, 1], material.textures[number, 2]

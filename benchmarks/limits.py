@@ -16,7 +16,6 @@ LIMITS: dict[str, str] = {
     "packing": _CACHE,
     "occlusion of A": _MEMORY,
     "2x2 average": _CACHE,
-    "multiresolution, combine": _MEMORY,
     "z hierarchy": "memory (column 'copy'); gcc makes vectors of the means too, of all but the harmonic one; where the "
     "textures are small (last table), the calls of its five levels, each as long as C's",
     "multiresolution, halve": "a look-up of depth for each texel: a gather takes as long as the loads it stands for",

@@ -108,16 +108,3 @@ void refine(int width, int height, const int32_t *fine, const int32_t *coarse, c
             }
         }
 }
-
-/* 1 - (1 - maximum) (1 - average), held between 0 and 1. */
-void combine(int width, int height, float *most, const float *total, int levels)
-{
-#pragma omp parallel for schedule(static)
-    for (int j = 0; j < height; j++)
-        for (int i = 0; i < width; i++) {
-            const int64_t t = (int64_t)j * width + i;
-            float value = 1 - (1 - most[t]) * (1 - total[t] / (float)levels);
-            value = value > 0 ? value : 0;
-            most[t] = value < 1 ? value : 1;
-        }
-}

@@ -52,7 +52,7 @@ def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
     stored = there["depth"]
     z = _distance(stored, said)
     surface, placed = np.isfinite(z), there.get("positions")
-    depth, positions = np.full_like(stored, np.inf), np.full((*z.shape, 3), np.inf, np.float32)
+    depth, positions = np.empty_like(stored), np.empty((*z.shape, 3), np.float32)
     write_surface(view.rays, np.ravel(view.world_from_cast), np.where(surface, 0, -1), z, depth, positions)
     if said.depth_kind == "image":
         depth = stored

@@ -67,8 +67,10 @@ def multiresolution(
         total, outside = most.copy(), outside + int(missed.sum())
         if number + 1 < options.levels:
             kernels.refine(level, pyramid[number + 1], places, facing, dtype.type(radius), *coarser, most, total)
-    kernels.combine(most, total, options.levels, COMBINATIONS.index(options.combine))
-    return Occlusion(most, outside)
+    with np.errstate(all="ignore"):  # of normals far from unit length; NaN is not above 0
+        average = total / dtype.type(options.levels)
+        combined = {"maximum": most, "average": average}.get(options.combine, 1 - (1 - most) * (1 - average))
+    return Occlusion(np.where(combined > 0, np.minimum(combined, 1), 0), outside)
 
 
 ENTRIES = (

@@ -11,8 +11,6 @@ import numpy as np
 
 from lfssao.core.jit import kernel
 
-BOTH, MAXIMUM, AVERAGE = 0, 1, 2
-
 
 @kernel(rows="depth")
 def first_level(begin, stop, depth, level):
@@ -229,16 +227,3 @@ def refine(begin, stop, fine, coarse, places, facing, radius, coarse_most, coars
                 place = np.uint64(start + 2 * i)
                 largest[place] = max(largest[place], peak[i])
                 sums[place] = sums[place] + mean[i]
-
-
-@kernel(rows="most")
-def combine(begin, stop, most, total, levels, how):
-    """Occlusion of all levels into ``most``, 0 to 1: MAXIMUM, AVERAGE, or BOTH, 1 - (1 - maximum) (1 - average)."""
-    for j in range(begin, stop):
-        zero, one, number = most.dtype.type(0), most.dtype.type(1), most.dtype.type(levels)
-        for i in range(most.shape[1]):
-            average = total[j, i] / number
-            value = average if how == AVERAGE else most[j, i]
-            if how == BOTH:
-                value = one - (one - most[j, i]) * (one - average)
-            most[j, i] = min(value if value > zero else zero, one)  # NaN, of normals far from unit length, is not

@@ -88,6 +88,6 @@ ENTRIES = (
         integrand=("cosine", "linear"),
         count=0,
         normals=True,
-        texel_bytes=17,
+        texel_bytes=32,
     ),
 )

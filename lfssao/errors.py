@@ -3,6 +3,7 @@
 import difflib
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 
 class LfssaoError(Exception):
@@ -51,10 +52,10 @@ def check_choice(kind: str, name: object, choices: Collection[str]) -> None:
         raise no_such(kind, name, choices)
 
 
-def check_type(argument: str, value: object, kind: type) -> None:
+def check_type(argument: str, value: object, kind: Any) -> None:
     """Refuse a value of another class, as where arguments are in the wrong order."""
     if not isinstance(value, kind):
-        raise InputError(f"{argument} is of type {type(value).__name__}, expected a {kind.__name__}")
+        raise InputError(f"{argument} is of type {type(value).__name__}, expected a {getattr(kind, '__name__', kind)}")
 
 
 @contextmanager

@@ -38,7 +38,7 @@ from lfssao.ao.kernels.truth import Begun, Cast
 from lfssao.ao.ssao import check_radius
 from lfssao.ao.textures import Buffers
 from lfssao.core.threads import in_chunks
-from lfssao.errors import InputError, check_choice
+from lfssao.errors import InputError, check_choice, check_type
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import CentredScene
 from lfssao.scene.builtin import find_scene
@@ -167,6 +167,8 @@ def ray_cast_occlusion(
     >>> truth.texture.shape
     (24, 32)
     """
+    check_type("occluders", occluders, Occluders)
+    check_type("buffers", buffers, Buffers)
     if buffers.normals is None:
         raise InputError("ray-cast occlusion reads normals, and there is no normals texture")
     if not (radius == np.inf and falloff == "constant"):

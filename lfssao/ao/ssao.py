@@ -10,7 +10,7 @@ from lfssao.ao.kernels import ssao
 from lfssao.ao.textures import Texture, check_fit, check_texture, check_turns
 from lfssao.core.affine import Matrix
 from lfssao.core.pictures import row_png, visibility_codes
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_type
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import WorldToImage
 
@@ -133,6 +133,7 @@ def algorithm2_of_radii(
     """``algorithm2`` of each of several radii, at least one, with the same bits, in less time."""
     if not radii:
         raise InputError("radii: at least one is needed")
+    check_type("world_to_image", world_to_image, WorldToImage)
     check_texture("depth", depth, 2)
     check_fit("positions", positions, depth, 3)
     check_turns(turns, depth)
@@ -146,7 +147,7 @@ def algorithm2_of_radii(
 
 def check_radius(radius: float) -> None:
     """Refuse a radius that is not a finite number of at least 0."""
-    if not 0 <= radius < np.inf:
+    if np.ndim(radius) != 0 or not 0 <= radius < np.inf:
         raise InputError(f"radius is {radius}, it must be a finite number of at least 0")
 
 

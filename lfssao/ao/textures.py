@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_type
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.kernels.rays import write_directions
 from lfssao.optics.view import View
@@ -64,6 +64,7 @@ class Buffers:
     @classmethod
     def of(cls, gbuffer: GBuffer, view: View) -> "Buffers":
         """The textures that the ray caster made for a view; InputError if positions are not among them."""
+        check_type("gbuffer", gbuffer, GBuffer)
         if gbuffer.positions is None:
             raise InputError("there are no positions, which estimators read")
         return cls(view, gbuffer.depth, gbuffer.positions, gbuffer.normals)

@@ -11,7 +11,7 @@ from numpy.typing import DTypeLike, NDArray
 from lfssao.core import pictures
 from lfssao.core.affine import Matrix, transform_points
 from lfssao.core.threads import in_chunks
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_type
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import build_scene, embree_installed, require_embree
@@ -147,6 +147,7 @@ class RayCaster:
         MissingPackageError
             If Embree is asked for and embreex is not installed.
         """
+        check_type("view", view, View)
         options = ("color", color, COLOR_FILTERS), ("normals", normals, NORMALS), ("caster", caster, CASTERS)
         for name, value, choices in options:
             if value is not None and value not in choices:

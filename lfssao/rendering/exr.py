@@ -11,7 +11,7 @@ import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from lfssao.core.files import write_whole
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_type
 from lfssao.rendering.image_file import PARTS, PREFIX, first_line, read_image_file, utf8_name
 
 _LONGEST_NAME = 255  # bytes
@@ -64,6 +64,8 @@ def write_exr(path: str | Path, parts: Sequence[Part], single_part: bool = False
 
     >>> lfssao.write_exr("b.exr", [lfssao.Part("merged", ("merged.AO",), np.ones((3, 4, 1), np.float32))])
     """
+    check_type("path", path, str | Path)
+    check_type("parts", parts, Sequence)
     path = Path(path)
     name = utf8_name(path)  # else nobody could read it
     for part in parts:

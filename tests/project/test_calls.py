@@ -10,6 +10,7 @@ from lfssao.optics.display_file import display_text
 
 MESH, DISPLAY = lfssao.builtin_scene("statue"), lfssao.find_display("sample-a").with_resolution(40, 24)
 VIEW = lfssao.module_views(MESH, DISPLAY, [10])[0]
+TEXTURES, MAPPING = (np.ones((24, 40)), np.ones((24, 40, 3))), VIEW.world_to_image
 
 WRONG = {
     "mesh is of type Display": lambda: lfssao.module_views(DISPLAY, MESH),
@@ -22,10 +23,22 @@ WRONG = {
     ),
     "buffers is of type Mesh": lambda: lfssao.estimate("lf", MESH, 0.1),
     "box is": lambda: lfssao.Camera.looking_at(MESH),
-    "radii is 0.1, it must be a list": lambda: lfssao.Settings(0.1),
+    "radii is 0.1, expected a list": lambda: lfssao.Settings(0.1),
     "modules is 10, it must be a range or a list": lambda: lfssao.render(MESH, DISPLAY, modules=10),
     "world_box is": lambda: lfssao.fit_roi(MESH, DISPLAY),
-    "radii: at least one is needed; default_radii": lfssao.Settings,
+    r"radii is \(\), expected a list of numbers; default_radii": lfssao.Settings,
+    "path is of type list": lambda: lfssao.write_exr([], "a.exr"),
+    "parts is of type Part": lambda: lfssao.write_exr(
+        "a.exr", lfssao.Part("a", ("A",), np.ones((1, 1, 1), np.float32))
+    ),
+    "occluders is of type str": lambda: lfssao.ray_cast_occlusion("statue", None, 0.1),
+    "buffers is of type float": lambda: lfssao.ray_cast_occlusion(lfssao.Occluders(MESH), 0.1, None),
+    "view is of type Mesh": lambda: lfssao.RayCaster(MESH, VIEW.cast_from_world).gbuffer(MESH),
+    "gbuffer is of type View": lambda: lfssao.Buffers.of(VIEW, None),
+    "world_to_image is of type ndarray": lambda: lfssao.algorithm2(
+        *TEXTURES, np.ones((1, 3)), VIEW.world_to_image, 1.0
+    ),
+    r"radius is \[": lambda: lfssao.algorithm2(*TEXTURES, MAPPING, 1.0, np.ones((1, 3))),
     "no embedded scene of that name": lambda: lfssao.render("stature", "sample-a"),
     r"modules \[3, 21\]": lambda: lfssao.render("statue", "sample-a", modules=[3, 21]),
 }

@@ -3,7 +3,7 @@
 import difflib
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from types import UnionType
 
 
 class LfssaoError(Exception):
@@ -52,7 +52,7 @@ def check_choice(kind: str, name: object, choices: Collection[str]) -> None:
         raise no_such(kind, name, choices)
 
 
-def check_type(argument: str, value: object, kind: Any) -> None:
+def check_type(argument: str, value: object, kind: type | UnionType) -> None:
     """Refuse a value of another class, as where arguments are in the wrong order."""
     if not isinstance(value, kind):
         raise InputError(f"{argument} is of type {type(value).__name__}, expected a {getattr(kind, '__name__', kind)}")

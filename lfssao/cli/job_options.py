@@ -145,14 +145,12 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
         say(f"{mesh.name}: {faces} left out")
     for note in mesh.notes:
         say(f"{mesh.name}: {note}")
-    radii, transforms = default_radii(mesh), None
-    if options.radii is not None:
-        radii = tuple(r / 100 * diagonal(mesh) if per_cent else r for r, per_cent in options.radii)
-    settings = replace(settings, radii=radii)
-    if options.frames is not None:
+    given = [r / 100 * diagonal(mesh) if per_cent else r for r, per_cent in options.radii or ()]
+    settings = replace(settings, radii=tuple(given) or default_radii(mesh))
+    transforms = turntable(mesh.bounds, options.frames) if isinstance(options.frames, int) else None
+    if isinstance(options.frames, Path):
         with errors_of("--frames"):
-            is_turn = isinstance(options.frames, int)
-            transforms = turntable(mesh.bounds, options.frames) if is_turn else read_transforms(options.frames)
+            transforms = read_transforms(options.frames)
     # One box for all frames, so that the scene's scale on the display stays what it is.
     boxes = [mesh.bounds] if transforms is None else frame_bounds(mesh, transforms)
     views, neighbours = _views(options, mesh, display, swept_bounds(boxes))

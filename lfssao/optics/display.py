@@ -263,7 +263,8 @@ class Display:
         ``physical_from_world``, (3, 4) float64, is affine (``fit_roi`` makes one). The guard band (SAO section 2.3)
         is texels added on each side, which AO looks into and outputs crop.
         """
-        physical_from_world, m = finite_numbers("physical_from_world", physical_from_world, 3, 4), self.modules[index]
+        physical_from_world = finite_numbers("physical_from_world", physical_from_world, 3, 4)
+        m = self.modules[index]
         if self._is_plain(m):
             u_scale, v_scale = m.width / self.screen_width, -m.height / self.screen_height
             u_0, v_0 = m.width / 2 + guard, m.height / 2 + guard

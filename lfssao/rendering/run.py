@@ -68,8 +68,10 @@ def run(
         for frame, items in groupby(job.items(), lambda item: item.frame):
             views = []
             for item in items:
-                views.append(found[item] if item in found else next(results))
-                if item not in found:
+                if item in found:
+                    views.append(found[item])
+                else:
+                    views.append(next(results))
                     yield item
             picture = write_frame(job, frame, views, {**seconds, "render": time.perf_counter() - start})
             if picture is not None and frame % step == 0:

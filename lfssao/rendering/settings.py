@@ -111,7 +111,9 @@ class Settings:
 
     def __post_init__(self) -> None:
         if np.ndim(self.radii) != 1 or len(self.radii) == 0:
-            raise InputError(f"radii is {self.radii!r:.60}, expected a list of numbers; default_radii(mesh) gives five")
+            raise InputError(
+                f"radii is {self.radii!r:.60}, expected a list of one or more; default_radii(mesh) gives five"
+            )
         for radius in self.radii:
             check_radius(radius)
         post.gaussian_kernel(self.blur)

@@ -190,10 +190,17 @@ def eye_view(display: Display | str | Path, physical_from_world: Matrix, eye_x: 
     eye_from_world = np.array(physical_from_world, np.float64)
     eye_from_world[:, 3] -= (e_x, e_y, e_z)
     matrix = multiply(screen_from_eye, to_4x4(eye_from_world))
-    lens, back = np.array([f_u, f_v, c_u, c_v, near, far, 0.0, 0.0]), invert_affine(eye_from_world)
-    to_image = WorldToImage(mapping.MATRIX, matrix.ravel())
-    kind = "screen space z: 0 at the near plane, 1 at the far plane, perspective"
-    return View("eye", columns, rows, lens, eye_from_world, back, to_image, None, kind)
+    return View(
+        name="eye",
+        width=columns,
+        height=rows,
+        lens=np.array([f_u, f_v, c_u, c_v, near, far, 0.0, 0.0]),
+        cast_from_world=eye_from_world,
+        world_from_cast=invert_affine(eye_from_world),
+        world_to_image=WorldToImage(mapping.MATRIX, matrix.ravel()),
+        screen_to_world=None,
+        depth_kind="screen space z: 0 at the near plane, 1 at the far plane, perspective",
+    )
 
 
 def eye_range(display: Display | str | Path, modules: Any = None) -> tuple[float, float]:

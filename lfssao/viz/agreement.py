@@ -82,9 +82,13 @@ def spread(values: Values) -> Spread:
     kept, deviation = values[np.isfinite(deviations)], deviations[np.isfinite(deviations)]
     if not len(kept):
         raise InputError("no point is seen by two views")
-    views, ranges = np.isfinite(kept).sum(axis=1), np.nanmax(kept, axis=1) - np.nanmin(kept, axis=1)
-    figures = views.mean(), deviation.mean(), np.percentile(deviation, 95), ranges.mean()
-    return Spread(len(kept), *map(float, figures))
+    return Spread(
+        points=len(kept),
+        views=float(np.isfinite(kept).sum(axis=1).mean()),
+        deviation=float(deviation.mean()),
+        deviation_95=float(np.percentile(deviation, 95)),
+        range=float((np.nanmax(kept, axis=1) - np.nanmin(kept, axis=1)).mean()),
+    )
 
 
 def draw_disagreement(view: View, points: Points, values: Mapping[str, Values]) -> Figure:

@@ -20,7 +20,7 @@ from lfssao.bench.stability import conditions, measure, scalar_cases
 from lfssao.bench.stability.cases import CASES
 from lfssao.bench.stability.conditions import FEW
 from lfssao.bench.stability.exact import CrossedSlits, GeneralDisplay
-from lfssao.bench.stability.inputs import UNCHANGED, along_rays, close_to, display, scene
+from lfssao.bench.stability.inputs import UNCHANGED, along_rays, display, near, scene
 from lfssao.bench.stability.measure import PATHS, Measured
 from lfssao.bench.stability.running_error import EXACT, Arithmetic
 from lfssao.bench.stability.table import BROKEN, DEGRADED, REFUSED, WITHIN, Case, Refusal
@@ -109,12 +109,11 @@ def short_moments(depth, prefilter):
 
 
 CLOUD = scene(np.random.default_rng(1).uniform(-0.3, 0.3, (8, 8, 3)))
-LENS = scene(close_to(2.5, 18, 0), display(0.0, 2.5, 0.0, -5.0))
 CURVED = along_rays(find_display("picoarray"), 0, 0.5)
 CURVED = replace(CURVED, texels=CURVED.texels[:5])
 WRONG = {
     "optics.kernels.projection.project_crossed_slits": (
-        SimpleNamespace(py_func=loses_digits), lambda: measure.measure(LENS, "float32"),
+        SimpleNamespace(py_func=loses_digits), lambda: measure.measure(near(2.5, 18, 0), "float32"),
     ),
     "optics.kernels.projection.land": (a_billionth_off, lambda: measure.measure(CURVED, "float64")),
     "ao.ssao.algorithm2": (

@@ -68,8 +68,9 @@ def multiresolution(
         if number + 1 < options.levels:
             kernels.refine(level, pyramid[number + 1], places, facing, dtype.type(radius), *coarser, most, total)
     with np.errstate(all="ignore"):  # of normals far from unit length; NaN is not above 0
-        average = total / dtype.type(options.levels)
-        combined = {"maximum": most, "average": average}.get(options.combine, 1 - (1 - most) * (1 - average))
+        combined = most if options.combine == "maximum" else total / dtype.type(options.levels)
+        if options.combine == "both":
+            combined = 1 - (1 - most) * (1 - combined)
     return Occlusion(np.where(combined > 0, np.minimum(combined, 1), 0), outside)
 
 

@@ -63,6 +63,11 @@ def scene(
     return Stiff(CrossedSlits(shown_by, physical_from_world, turn), points, np.array(offset, np.float64), depth)
 
 
+def near(slit: float, k: int, axis: int) -> Stiff:
+    """Points within 2^-k of a slit, the lens or the observers, of a module in the middle."""
+    return scene(close_to(slit, k, axis), display(0.0, 2.5, 0.0, -5.0))
+
+
 def close_to(slit: float, k: int, axis: int) -> NDArray[np.float64]:
     """Points within 2^-k of a slit at 0 along the axis, on the texture; in float32 as long as that can tell."""
     points = lattice() * [0.7, 0.4, 0.0]
@@ -150,10 +155,9 @@ def _worlds() -> Inputs:
 
 
 def _mappings() -> Inputs:
-    middle = display(0.0, 2.5, 0.0, -5.0)
     for k in range(1, STEPS + 1):
-        yield "near the lens", f"z = m_z (1 - t 2^-{k})", made(scene, close_to(2.5, k, 0), middle)
-        yield "near the observers", f"z = z_o (1 - t 2^-{k})", made(scene, close_to(-5.0, k, 1), middle)
+        yield "near the lens", f"z = m_z (1 - t 2^-{k})", made(near, 2.5, k, 0)
+        yield "near the observers", f"z = z_o (1 - t 2^-{k})", made(near, -5.0, k, 1)
     for k in (10, 20, 30):
         points = close_to(2.0, k, 0) + np.array([0.625, 0.0, 0.0])
         text = f"a lens at m_x = 0.625, z = m_z (1 - t 2^-{k})"

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from lfssao.bench.stability.measure import Measured
 from lfssao.bench.stability.table import BROKEN, DEGRADED, REFUSED, WITHIN, Row
 from lfssao.core.files import write_text, write_whole
 
@@ -26,21 +27,29 @@ def as_text(rows: Sequence[Row], all_rows: bool = False) -> str:
     """
     line = "{:<20} {:<46} {:<19} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}  {}"
     out = [line.format("case", "input", "path", *_NUMBERS, "flipped", "verdict")]
-    groups: dict[Any, list[Row]] = {}
-    for k, row in enumerate(rows):
-        if all_rows or row.verdict != WITHIN:
-            groups.setdefault(k if all_rows else (row.case, row.verdict, row.reason), []).append(row)
-    for group in groups.values():
+    for group in [[row] for row in rows] if all_rows else _groups(rows):
         row = max(group, key=_badness)
         text = row.input if len(group) == 1 else f"{row.input} (worst of {len(group)})"
         verdict = f"{row.verdict}: {row.reason}" if row.reason else row.verdict
-        m, numbers = row.measured, ["-"] * 6
-        if m is not None:
-            found = (getattr(m, name) for name in _NUMBERS)
-            numbers = [*("-" if n is None else f"{n:.2g}" for n in found), f"{m.flipped}/{m.decisions}"]
-        out.append(line.format(row.case, text, row.path, *numbers, verdict))
+        out.append(line.format(row.case, text, row.path, *_numbers(row.measured), verdict))
     counts = Counter(row.verdict for row in rows)
     return "\n".join([*out, f"{len(rows)} rows: " + ", ".join(f"{counts[verdict]} {verdict}" for verdict in _COLORS)])
+
+
+def _numbers(m: Measured | None) -> list[str]:
+    if m is None:
+        return ["-"] * 6
+    numbers = (getattr(m, name) for name in _NUMBERS)
+    return ["-" if n is None else f"{n:.2g}" for n in numbers] + [f"{m.flipped}/{m.decisions}"]
+
+
+def _groups(rows: Sequence[Row]) -> Iterable[list[Row]]:
+    """Rows of one case, verdict and reason that are not within their bound."""
+    groups: dict[tuple[str, str, str], list[Row]] = {}
+    for row in rows:
+        if row.verdict != WITHIN:
+            groups.setdefault((row.case, row.verdict, row.reason), []).append(row)
+    return groups.values()
 
 
 def _badness(row: Row) -> tuple[int, float, float]:

@@ -54,9 +54,17 @@ class Grid:
 
 FULL = Grid()
 QUICK = Grid(
-    width=128, height=96, counts=(4, 16, 64), radii=((0.02,),), samplers=("random", "latin", "poisson"),
-    reference_samplers=("sobol", "halton"), reference_count=16_384, seeds=2, most=20, own_counts=False,
-)  # fmt: skip
+    width=128,
+    height=96,
+    counts=(4, 16, 64),
+    radii=((0.02,),),
+    samplers=("random", "latin", "poisson"),
+    reference_samplers=("sobol", "halton"),
+    reference_count=16_384,
+    seeds=2,
+    most=20,
+    own_counts=False,
+)
 
 
 def takes_samples(estimator: Estimator) -> bool:
@@ -78,7 +86,8 @@ def samplers_of(estimator: Estimator, grid: Grid) -> tuple[str, ...]:
 
 def counts_of(estimator: Estimator, sampler: str, grid: Grid) -> list[int]:
     """Counts for which a sampler has sets."""
-    return [n for n in grid.counts if n <= (METHODS[_domain(estimator)][sampler].most or n)]
+    most = METHODS[_domain(estimator)][sampler].most
+    return [n for n in grid.counts if most is None or n <= most]
 
 
 def inputs_of(estimator: Estimator, grid: Grid, seed: int) -> dict[Variant, Inputs]:

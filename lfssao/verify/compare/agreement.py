@@ -63,8 +63,14 @@ def _agreement(mine: NDArray[np.float64], reference: NDArray[np.float64]) -> Agr
     off, mean, right = np.abs(mine - reference), float(mine.mean()), float(reference.mean())
     x, y = reference - right, mine - mean
     xx, xy, yy = (float((a * b).sum()) for a, b in ((x, x), (x, y), (y, y)))
-    correlation = xy / (xx * yy) ** 0.5 if xx * yy > 0 else None
     slope = xy / xx if xx > 0 else None
-    offset = None if slope is None else mean - slope * right
-    within_1e5, within_code = (float((off <= limit).mean()) for limit in (1e-5, 1 / 255))
-    return Agreement(mine.size, mean, right, correlation, slope, offset, within_1e5, within_code)
+    return Agreement(
+        texels=mine.size,
+        mean=mean,
+        reference_mean=right,
+        correlation=xy / (xx * yy) ** 0.5 if xx * yy > 0 else None,
+        slope=slope,
+        offset=None if slope is None else mean - slope * right,
+        within_1e5=float((off <= 1e-5).mean()),
+        within_code=float((off <= 1 / 255).mean()),
+    )

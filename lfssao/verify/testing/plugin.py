@@ -66,6 +66,7 @@ def _check(what: str, names: Iterable[str], choices: Iterable[str]) -> None:
             raise no_such(what, str(name), known or ["none"])
 
 
+@cache
 def _kit(folder: Path | None) -> tuple[dict[str, str], Callable[[str], "Case"]]:
     """The stage of each case by its name, and what makes or reads a case of a name."""
     if folder is None:

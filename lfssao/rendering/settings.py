@@ -110,10 +110,10 @@ class Settings:
     layers: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        if np.ndim(self.radii) != 1 or len(self.radii) == 0:
-            raise InputError(
-                f"radii is {self.radii!r:.60}, expected a list of one or more; default_radii(mesh) gives five"
-            )
+        if np.ndim(self.radii) != 1:
+            raise InputError(f"radii is {self.radii!r:.60}, expected a list of numbers")
+        if len(self.radii) == 0:
+            raise InputError("radii: at least one is needed; default_radii(mesh) gives five")
         for radius in self.radii:
             check_radius(radius)
         post.gaussian_kernel(self.blur)

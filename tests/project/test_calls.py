@@ -23,11 +23,11 @@ WRONG = {
     ),
     "buffers is of type Mesh": lambda: lfssao.estimate("lf", MESH, 0.1),
     "box is": lambda: lfssao.Camera.looking_at(MESH),
-    "radii is 0.1, expected a list of one or more": lambda: lfssao.Settings(0.1),
+    "radii is 0.1, expected a list of numbers": lambda: lfssao.Settings(0.1),
     "modules is 10, it must be a range or a list": lambda: lfssao.render(MESH, DISPLAY, modules=10),
     "physical_from_world is 0": lambda: DISPLAY.view(np.eye(3, 4), 0),
     "world_box is": lambda: lfssao.fit_roi(MESH, DISPLAY),
-    r"radii is \(\), expected a list of one or more; default_radii": lfssao.Settings,
+    "radii: at least one is needed; default_radii": lfssao.Settings,
     "path is of type list": lambda: lfssao.write_exr([], "a.exr"),
     "parts is of type Part": lambda: lfssao.write_exr(
         "a.exr", lfssao.Part("a", ("A",), np.ones((1, 1, 1), np.float32))

@@ -52,6 +52,16 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
             part.unlink(missing_ok=True)
 
 
+def check_file(path: Path) -> None:
+    """Refuse (InputError) what is no regular file: a pipe would wait for whoever writes into it."""
+    if path.is_dir():
+        raise InputError(f"{path}: it is a folder, not a file")
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file")
+    if not path.is_file():
+        raise InputError(f"{path}: it is not a regular file")
+
+
 def read_text(path: Path) -> str:
     """The text of a file; InputError if it cannot be read."""
     try:

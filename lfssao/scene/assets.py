@@ -7,20 +7,11 @@ from urllib.parse import unquote
 
 from PIL import Image
 
+from lfssao.core.files import check_file
 from lfssao.core.memory import check_expansion
 from lfssao.errors import InputError
 
 _NOT_IMAGES = (".mtl", ".bin")
-
-
-def check_file(path: Path) -> None:
-    """Refuse (InputError) what is no regular file: a pipe would wait for whoever writes into it."""
-    if path.is_dir():
-        raise InputError(f"{path}: it is a folder, not a file")
-    if not path.exists():
-        raise InputError(f"{path}: there is no such file")
-    if not path.is_file():
-        raise InputError(f"{path}: it is not a regular file")
 
 
 class Assets:

@@ -18,7 +18,7 @@ from lfssao.core.affine import cofactors, transform_points
 from lfssao.core.memory import check_expansion
 from lfssao.core.srgb import to_linear
 from lfssao.errors import InputError
-from lfssao.scene.assets import Assets, bytes_of, check_file, reason_of
+from lfssao.scene.assets import Assets, bytes_of, reason_of
 from lfssao.scene.formats import CHECKS, readable
 from lfssao.scene.gltf import check_gltf
 from lfssao.scene.mesh import Mesh, Paint

@@ -52,14 +52,17 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
             part.unlink(missing_ok=True)
 
 
-def check_file(path: Path) -> None:
+def check_file(path: Path, hint: str = "") -> None:
     """Refuse (InputError) what is no regular file: a pipe would wait for whoever writes into it."""
-    if path.is_dir():
-        raise InputError(f"{path}: it is a folder, not a file")
-    if not path.exists():
-        raise InputError(f"{path}: there is no such file")
-    if not path.is_file():
-        raise InputError(f"{path}: it is not a regular file")
+    try:
+        if path.is_dir():
+            raise InputError(f"{path}: it is a folder, not a file")
+        if not path.exists():
+            raise InputError(f"{path}: there is no such file{hint}")
+        if not path.is_file():
+            raise InputError(f"{path}: it is not a regular file")
+    except OSError as error:  # a name too long, or a folder that must not be read
+        raise InputError(f"{path}: it cannot be read ({error.strerror})") from error
 
 
 def read_text(path: Path) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
+from lfssao.core.files import check_file
 from lfssao.core.memory import check_available
 from lfssao.core.npy import read_npy
 from lfssao.errors import InputError
@@ -47,8 +48,7 @@ def read_image_file(path: Path, formats: tuple[str, ...] = _FORMATS, keep: Keep 
     means NPY; other formats are recognised by their content. Raises InputError if the file is missing, of another
     format, damaged, or claims to hold more than it can.
     """
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file")
+    check_file(path)
     if path.suffix.lower() == ".npy":
         pixels = read_npy(path)
         if pixels.ndim not in (1, 2, 3) or pixels.size == 0:

@@ -15,6 +15,7 @@ from trimesh.visual.color import to_rgba
 from trimesh.visual.material import empty_material
 
 from lfssao.core.affine import cofactors, transform_points
+from lfssao.core.files import check_file
 from lfssao.core.memory import check_expansion
 from lfssao.core.srgb import to_linear
 from lfssao.errors import InputError

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lfssao import __version__
-from lfssao.core.files import check_folder, read_json
+from lfssao.core.files import check_file, check_folder, read_json
 from lfssao.core.npy import read_npy
 from lfssao.errors import InputError
 from lfssao.rendering.exr import Part, write_exr
@@ -196,19 +196,9 @@ def _has(entry: Any, keys: Mapping[str, type]) -> bool:
     return isinstance(entry, dict) and all(isinstance(entry.get(key), kind) for key, kind in keys.items())
 
 
-def _check_file(path: Path, hint: str = "") -> None:
-    """Refuse what is no file, as a pipe is, which would have to be waited for."""
-    try:
-        there = path.is_file()
-    except OSError as error:  # a name too long, or a folder that must not be read
-        raise InputError(f"{path}: it cannot be read ({error.strerror})") from error
-    if not there:
-        raise InputError(f"{path}: there is no such file{hint}")
-
-
 def _read_json(path: Path) -> dict[str, Any]:
     """A JSON file of this format."""
-    _check_file(path, "; 'lfssao kit' writes it")
+    check_file(path, "; 'lfssao kit' writes it")
     value = read_json(path)
     found = value.get("format") if isinstance(value, dict) else None
     if not isinstance(found, int) or isinstance(found, bool) or found < 1:
@@ -226,7 +216,7 @@ def _read_array(folder: Path, name: str, entry: Any) -> Array:
     path = folder / entry["file"]
     if path.parent != folder or entry["dtype"] not in _DTYPES:
         raise InputError(f"{folder / 'case.json'}: the file or dtype of {name} is malformed")
-    _check_file(path)
+    check_file(path)
     array = np.asarray(read_npy(path), order="C")
     found = array.dtype.name, str([*array.shape]), digest(array)
     if found != (entry["dtype"], str(entry["shape"]), entry["sha256"]):

@@ -36,14 +36,17 @@ class MissingPackageError(LfssaoError, ImportError):
     """
 
 
+def meant(name: object, choices: Iterable[str]) -> str:
+    """The question whether the choice that is most like a name was meant; empty if none is like it."""
+    alike = {each.lower().replace("_", "-"): each for each in choices}
+    near = difflib.get_close_matches(str(name).lower().replace("_", "-"), alike, 1, 0.6)
+    return f" (did you mean '{alike[near[0]]}'?)" if near else ""
+
+
 def no_such(kind: str, name: object, choices: Iterable[str]) -> InputError:
     """That there is no thing of a name: one sentence with the name that may have been meant, and all there are."""
     known = list(choices)
-    plain = str(name).lower().replace("_", "-")
-    alike = {each.lower().replace("_", "-"): each for each in known}
-    near = difflib.get_close_matches(plain, alike, 1, 0.6)
-    hint = f" (did you mean '{alike[near[0]]}'?)" if near else ""
-    return InputError(f"there is no {kind} '{name!s:.40}'{hint}: choose one of {', '.join(known)}")
+    return InputError(f"there is no {kind} '{name!s:.40}'{meant(name, known)}: choose one of {', '.join(known)}")
 
 
 def check_choice(kind: str, name: object, choices: Collection[str]) -> None:

@@ -18,7 +18,7 @@ from typing import Any, NoReturn
 
 from lfssao import __version__
 from lfssao.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_COMPARED, compiling_shown, say
-from lfssao.errors import InputError, InputWarning, LfssaoError
+from lfssao.errors import InputError, InputWarning, LfssaoError, meant
 
 # A command is a file of this folder.
 COMMANDS = {
@@ -51,7 +51,11 @@ class Parser(argparse.ArgumentParser):
         if self._file:
             import_module(f"lfssao.cli.{self._file}").add_to(self)
             self._text, self._file = files("lfssao.cli") / "help" / f"{self._file}.txt", ""
-        return super().parse_known_args(args, namespace)
+        options, rest = super().parse_known_args(args, namespace)
+        if rest:  # said here, where the command is known
+            near = meant(rest[0], re.findall(r"--[a-z-]+", self.format_usage()))
+            self.error(f"unrecognized arguments: {' '.join(rest)}{near}")
+        return options, rest
 
     def format_help(self) -> str:
         """As of ``argparse.ArgumentParser``, and the text."""

@@ -81,7 +81,7 @@ FILES = {"line\nbreak.obj": "", "fine.obj": TRIANGLE, "b.png": "garbage"}
     (["statue", "--resolution", "45000x45000"], "GB of memory"),
     (["statue", "extra"], "extra"),
     (["statue", "--nope"], "--nope"),
-    (["statue", "--sampli", "latin"], "--sampli"),
+    (["statue", "--sampli", "latin"], "--sampli latin (did you mean '--sampling'?) (see lfssao render --help)"),
     (["statue", "--samples"], "--samples: expected one argument"),
     (["statue", "--texture", "a.png"], "--texture: the embedded scene statue takes none"),
     (["statue", "--camera", "--display", "virtual"], "--display does not go with --camera"),

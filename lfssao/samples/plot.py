@@ -21,7 +21,7 @@ def draw_samples(sets: Sequence[SampleSet], r_min: float = 0.0, r_max: float = 1
     cubes = [statistics.unit_cube(made.points, made.domain, r_min, r_max) for made in sets]
     pooled = np.concatenate(cubes)
     names = {"square": ("xi_1", "xi_2"), "disk": ("r", "phi")}.get(first.domain, ("z", "phi", "r"))[: pooled.shape[1]]
-    figure = Figure(figsize=(3 * (1 + len(names)), 6), layout="constrained")
+    figure = Figure(figsize=(3.4 * (1 + len(names)), 6), layout="constrained")
     many = f"{first.method}, seed {first.seed}" if len(sets) == 1 else f"{first.method} and {len(sets) - 1} more"
     figure.suptitle(f"{many}: {len(pooled)} points, {first.domain}")
     grid = figure.add_gridspec(2, 1 + len(names))

@@ -25,13 +25,15 @@ def as_text(rows: Sequence[Row], all_rows: bool = False) -> str:
 
     Errors are in texels, or of occlusion; ulp are of the coordinate or of one texel, whichever is more.
     """
-    line = "{:<20} {:<46} {:<19} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}  {}"
-    out = [line.format("case", "input", "path", *_NUMBERS, "flipped", "verdict")]
+    table = [["case", "input", "path", *_NUMBERS, "flipped", "verdict"]]
     for group in [[row] for row in rows] if all_rows else _groups(rows):
         row = max(group, key=_badness)
         text = row.input if len(group) == 1 else f"{row.input} (worst of {len(group)})"
         verdict = f"{row.verdict}: {row.reason}" if row.reason else row.verdict
-        out.append(line.format(row.case, text, row.path, *_numbers(row.measured), verdict))
+        table.append([row.case, text, row.path, *_numbers(row.measured), verdict])
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    columns = "  ".join(f"{{:{side}{width}}}" for side, width in zip("<<<>>>>>><", widths, strict=True))
+    out = [columns.format(*words).rstrip() for words in table]
     counts = Counter(row.verdict for row in rows)
     return "\n".join([*out, f"{len(rows)} rows: " + ", ".join(f"{counts[verdict]} {verdict}" for verdict in _COLORS)])
 

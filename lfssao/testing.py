@@ -1,5 +1,6 @@
 """For other projects: checks of renderers and of sample sets, cases of the kit, and hypothesis strategies."""
 
+import os
 from typing import TYPE_CHECKING, Any
 
 from lfssao.samples.properties import PROMISES, Finding, Promise, assert_promise, check_promise, check_sampler
@@ -7,7 +8,7 @@ from lfssao.verify.kit.cases import make_case
 from lfssao.verify.kit.folder import write_kit
 from lfssao.verify.testing.conformance import assert_conforms
 
-if TYPE_CHECKING:
+if TYPE_CHECKING or os.environ.get("EAGER_IMPORT"):  # as lazy_loader has it, for pages of all names
     from lfssao.verify.testing.strategies import cameras, displays, gbuffers, radii, sample_sets
 
 __all__ = [

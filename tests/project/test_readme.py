@@ -1,6 +1,7 @@
 """README is read in ten minutes, its commands and its Python run as they stand, and its files are there."""
 
 import importlib
+import inspect
 import pkgutil
 import re
 import shlex
@@ -9,8 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from jobs import python
 
 import lfssao
+import lfssao.samples
+import lfssao.testing
 from lfssao.bench.stability.cases import CASES
 from lfssao.cli.main import main
 from lfssao.optics.view import WorldToImage
@@ -61,6 +65,16 @@ def test_its_commands_and_its_python_run_as_they_stand(tmp_path, monkeypatch, ca
     assert names["shaded"].shape == (600, 1000, 3)
     assert np.isfinite(names["shaded"]).all()
     assert names["ao"].max() > 0.5
+
+
+def test_its_pages_of_the_interface_have_all_names(tmp_path):
+    command = re.search(r"EAGER_IMPORT=1 (pdoc [^`]*)`", README)[1].split()
+    assert python("-m", *command, "-o", str(tmp_path), EAGER_IMPORT="1").stderr == ""
+    pages = {name: (tmp_path / f"{name.replace('.', '/')}.html").read_text(encoding="utf-8") for name in command[3:]}
+    for module in (lfssao, lfssao.testing, lfssao.samples):
+        names = [name for name in module.__all__ if not inspect.ismodule(getattr(module, name))]
+        assert [name for name in names if f'id="{name}"' not in pages[module.__name__]] == []
+    assert 'id="algorithm1"' in pages[lfssao.reference.__name__]
 
 
 @pytest.mark.parametrize("text", [README, *(p.read_text(encoding="utf-8") for p in HELP.iterdir())])

@@ -4,7 +4,6 @@ import argparse
 from pathlib import Path
 
 from lfssao.bench.stability import report
-from lfssao.bench.stability.cases import CASES
 from lfssao.cli.terminal import BROKEN, progress
 from lfssao.cli.values import PICTURES, check_target
 
@@ -21,6 +20,8 @@ def add_to(stability: argparse.ArgumentParser) -> None:
 
 
 def _stability(options: argparse.Namespace) -> int:
+    from lfssao.bench.stability.cases import CASES  # late: displays of cases compile kernels, which is shown
+
     if options.plot is not None:
         check_target("--plot", options.plot, PICTURES)
     rows = [row for case in progress(CASES, unit="case", leave=False) for row in case.rows()]

@@ -4,7 +4,6 @@ import argparse
 from pathlib import Path
 
 from lfssao.cli.terminal import progress
-from lfssao.verify.kit.cases import case_names, make_case
 from lfssao.verify.kit.folder import check_target, write_kit
 
 
@@ -17,6 +16,8 @@ def add_to(kit: argparse.ArgumentParser) -> None:
 
 
 def _kit(options: argparse.Namespace) -> None:
+    from lfssao.verify.kit.cases import case_names, make_case  # late: displays of cases compile kernels, which is shown
+
     check_target(options.folder)
     with progress(case_names(), unit="case", leave=False) as bar:
         write_kit(options.folder, map(make_case, bar))

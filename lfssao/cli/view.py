@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from lfssao.cli.terminal import printable, progress, say
+from lfssao.cli.terminal import printable, progress, say, working
 from lfssao.cli.values import check_target, finite, whole
 from lfssao.core.files import write_whole
 from lfssao.core.srgb import to_codes
@@ -66,10 +66,11 @@ def _view(options: argparse.Namespace) -> None:
     bar = partial(progress, total=len(entries), desc="read", unit="module")
     field = light_field(folder, options.layer, display, entries, bar=bar)
     pictures = _photographs(field, eyes, options)
-    if animated:
-        write_animation(target, [*pictures, *pictures[-2:0:-1]])
-    else:
-        write_whole(target, pictures[0].save)
+    with working("write"):
+        if animated:
+            write_animation(target, [*pictures, *pictures[-2:0:-1]])
+        else:
+            write_whole(target, pictures[0].save)
     try:
         left, right = eye_range(display, list(entries))
         reach = f"the modules' light goes to eyes from x = {left:.2f} to {right:.2f} m"

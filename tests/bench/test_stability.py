@@ -165,7 +165,7 @@ def test_an_estimator_wrong_in_float32_breaks_a_row(monkeypatch, texel, off, ver
 
 def test_the_command_prints_what_is_degraded_and_writes_the_files(tmp_path, capsys, monkeypatch):
     kept = tuple(case for case in CASES if case.name in ("ordinary", "offset") or isinstance(case, Refusal))
-    monkeypatch.setattr("lfssao.cli.bench_stability.CASES", kept)
+    monkeypatch.setattr("lfssao.bench.stability.cases.CASES", kept)
     table, picture = tmp_path / "a.json", tmp_path / "a.png"
     assert main(["bench", "stability", "--json", str(table), "--plot", str(picture)]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -181,7 +181,7 @@ def test_the_command_prints_what_is_degraded_and_writes_the_files(tmp_path, caps
     assert main(["bench", "stability", "--all"]) == 0
     assert len(capsys.readouterr().out.splitlines()) == 2 + len(rows)
     broken = Refusal("x", "x", lambda: None, "")
-    monkeypatch.setattr("lfssao.cli.bench_stability.CASES", (broken,))
+    monkeypatch.setattr("lfssao.bench.stability.cases.CASES", (broken,))
     assert main(["bench", "stability"]) == 1
     assert "it was served" in capsys.readouterr().out
     assert main(["bench", "stability", "--plot", "a.txt"]) == 2

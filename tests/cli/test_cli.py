@@ -315,6 +315,16 @@ def test_a_terminal_sees_kernels_compile_and_a_pipe_does_not(tmp_path):
     assert text.replace("\r", "").endswith(piped.stdout)
 
 
+def test_no_commands_import_compiles_kernels_before_that_is_shown(tmp_path):
+    script = """import importlib, sys
+from lfssao.core.jit import compiling_told
+with compiling_told(print, print):
+    for name in sys.argv[1:]:
+        importlib.import_module("lfssao.cli." + name.replace("-", "_"))"""
+    words = *COMMANDS, *(f"bench_{name}" for name in BENCHES)
+    assert python("-c", script, *words, NUMBA_CACHE_DIR=str(tmp_path)).stdout == ""
+
+
 def test_a_bar_goes_on_while_a_step_takes_long(monkeypatch):
     class Terminal(StringIO):
         def isatty(self):

@@ -45,7 +45,7 @@ def test_it_is_read_in_ten_minutes():
 def test_its_commands_and_its_python_run_as_they_stand(tmp_path, monkeypatch, capsys):
     """All commands in turn in one folder, with few of the stiff cases; a comment says another exit code than 0."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("lfssao.cli.bench_stability.CASES", [case for case in CASES if case.name == "ordinary"])
+    monkeypatch.setattr("lfssao.bench.stability.cases.CASES", [case for case in CASES if case.name == "ordinary"])
     lines = re.findall(r"^(?:.*&& \.venv/bin/)?lfssao (.*)$", "".join(blocks("sh")), re.MULTILINE)
     assert len(lines) == 16
     for line in lines:

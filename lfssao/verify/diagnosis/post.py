@@ -23,23 +23,13 @@ VALUES = (
 )
 
 
-def _maximum(layers: FloatArray) -> FloatArray:
-    """The merge of layers (L, K)."""
-    return np.asarray(layers.max(axis=0))
-
-
-def _shaded(image: FloatArray, ao: FloatArray) -> FloatArray:
-    """The shading of an image (K, 3) by occlusion (K, 1)."""
-    return image * (1 - ao)
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Merge(Problem):
     """The maximum of K texels of L layers."""
 
     layers: FloatArray  # (L, K)
     chosen: Any = ...  # index of those that are merged
-    rule: Function = _maximum
+    rule: Function = lambda layers: layers.max(axis=0)
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding."""
@@ -124,7 +114,7 @@ class Shade(Problem):
     image: FloatArray  # (K, 3)
     occlusion: FloatArray  # (K,), blurred
     merged: FloatArray | None
-    rule: Callable[..., FloatArray] = _shaded
+    rule: Callable[..., FloatArray] = lambda image, ao: image * (1 - ao)  # ao: (K, 1)
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding; ``value`` is of the occlusion."""

@@ -58,9 +58,8 @@ def _percent(share: float) -> str:
 
 def _spread(places: Places, most: int) -> Places:
     """At most so many of the places, spread evenly."""
-    if len(places) <= most:
-        return places
-    return np.asarray(places[np.linspace(0, len(places) - 1, most).astype(np.int64)])
+    chosen = np.linspace(0, len(places) - 1, min(most, len(places))).astype(np.int64)
+    return np.asarray(places[chosen])
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,7 +207,7 @@ class Wrong:
         if options.get("background") == "occludes":
             surfaces = np.where(np.isfinite(depth), surfaces, -np.inf)
         x, y = at["columns"], at["rows"]
-        corners, faces, turns = None, None, self._turns
+        corners, turns = None, self._turns
         if by_matrix:
             places, to_world = np.stack([x, y, _taken(depth, x, y)], axis=-1), WorldToImage(MATRIX, np.ravel(back))
             corners, _, _ = project_positions(places, np.zeros_like(places), to_world, self.model)
@@ -216,8 +215,6 @@ class Wrong:
             points, errors, _ = project_positions(places, np.zeros_like(places), to_world, self.model)
         else:
             points, errors = _taken(inputs["positions"], x, y), np.zeros((len(x), 3))
-        if half:
-            faces = _taken(self._face_normals, x, y)
         samples = np.asarray(inputs["samples" if estimator == "lf" else "points"], np.float64)
         return Occlusion(
             **at,
@@ -233,7 +230,7 @@ class Wrong:
             turns=None if turns is None else np.asarray(turns[:, y, x], np.float64),
             normals=_taken(inputs["normals"], x, y) if half else None,
             corners=corners,
-            face_normals=faces,
+            face_normals=_taken(self._face_normals, x, y) if half else None,
             positions=positions if options.get("range_check") else None,
             remap=bool(options.get("remap")),
         )

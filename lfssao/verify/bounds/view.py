@@ -6,6 +6,7 @@ is made. The blur with a guard band, which merged lacks, is bounded from depth o
 """
 
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
@@ -61,8 +62,10 @@ class ViewBounds:
         self._parameters, self._inputs, self._model = parameters, inputs, model
         self._own, self._right, self._stored = own or {}, right or {}, stored or {}
         self._mesh = {} if mesh is None else mesh  # its length would cast all rays
-        self._guard, self._names = int(parameters["guard"]), [f"ao_{k + 1}" for k in range(len(parameters["radii"]))]
-        self._layers: dict[str, Bounds | None] = {}
+        self._guard = int(parameters["guard"])
+        self._radii = {f"ao_{k}": radius for k, radius in enumerate(parameters["radii"], start=1)}
+        # Occlusion of one radius, by the layer's name, guard band included.
+        self._layer = cache(lambda name: occlusion_bounds(parameters, inputs, self._radii[name], model))
 
     def find(self, name: str) -> Bounds | PositionBounds | None:
         """Bounds of a texture; None where only equal values are right. InputError if parameters do not fit textures."""
@@ -82,11 +85,11 @@ class ViewBounds:
 
     def _stage(self, name: str) -> Bounds | None:
         """Bounds of a texture of the later passes."""
-        if name in self._names:
+        if name in self._radii:
             layer = self._layer(name)
             return None if layer is None else layer.crop(self._guard)
         if name == "merged":
-            return _merged([self._made(layer) for layer in self._names])
+            return _merged([self._made(layer) for layer in self._radii])
         if name == "blurred":
             return self._blurred()
         blurred, image = self._made("blurred") if name == "shaded" else None, self._inputs.get("image")
@@ -94,20 +97,13 @@ class ViewBounds:
             return None
         return shade_bounds(without_guard(image, self._guard), blurred, self._model)
 
-    def _layer(self, name: str) -> Bounds | None:
-        """Occlusion of one radius, guard band included."""
-        if name not in self._layers:
-            radius = self._parameters["radii"][self._names.index(name)]
-            self._layers[name] = occlusion_bounds(self._parameters, self._inputs, radius, self._model)
-        return self._layers[name]
-
     def _blurred(self) -> Bounds | None:
         """The blur of the merged texture, or with a guard band of the layers that include it."""
         sigma = self._parameters["sigma"]
         if self._guard == 0:
             merged = self._made("merged")
             return None if merged is None else blur_bounds(merged, sigma, self._model)
-        whole = self._held("merged", _merged([self._held(layer, self._layer(layer)) for layer in self._names]))
+        whole = self._held("merged", _merged([self._held(layer, self._layer(layer)) for layer in self._radii]))
         if whole is None:
             return exactly(self._right["blurred"]) if "blurred" in self._right else None
         return blur_bounds(whole, sigma, self._model).crop(self._guard)

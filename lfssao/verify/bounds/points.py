@@ -135,21 +135,19 @@ def _alchemy(given: Problem, radius: float) -> Bounds:
 
 
 def _hbao(given: Problem, radius: float) -> Bounds:
-    model, options = given.model, HorizonOptions(**given.options)  # type: ignore[arg-type]
-    fan = held(fan_of(options, np.dtype(np.float32)))
-    (low, high), undecided = given.sums(disk_kernels.sum_rises, given.surface(radius), fan)
-    n = options.directions * options.steps
-    relative = growth(n, model)
-    low, high = low / options.directions * (1 - relative), high / options.directions * (1 + relative)
-    return Bounds(up_to_single(np.minimum(low, 1)), down_to_single(np.minimum(high, 1)), undecided)
+    options = HorizonOptions(**given.options)  # type: ignore[arg-type]
+    fan, n = held(fan_of(options, np.dtype(np.float32))), options.directions
+    return _summed(given, disk_kernels.sum_rises, given.surface(radius), fan, terms=n * options.steps, divisor=n)
 
 
-def _summed(given: Problem, kernel: Callable[..., None], *samples: Any) -> Bounds:
-    """Bounds of sums of a kernel: they are added in any order, and what is above 1 is 1."""
+def _summed(
+    given: Problem, kernel: Callable[..., None], *samples: Any, terms: int | None = None, divisor: int = 1
+) -> Bounds:
+    """Bounds of sums of a kernel: terms, the points by default, added in any order; what is above 1 is 1."""
     (fewest, most), undecided = given.sums(kernel, *samples)
-    relative = growth(len(given.points), given.model)
-    lower = up_to_single(np.minimum(fewest * (1 - relative), 1))
-    return Bounds(lower, down_to_single(np.minimum(most * (1 + relative), 1)), undecided)
+    relative = growth(terms or len(given.points), given.model)
+    lower = up_to_single(np.minimum(fewest / divisor * (1 - relative), 1))
+    return Bounds(lower, down_to_single(np.minimum(most / divisor * (1 + relative), 1)), undecided)
 
 
 # Estimators whose intervals are known.

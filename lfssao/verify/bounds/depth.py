@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter, minimum_filter
 
 from lfssao.core.affine import transform_points
 from lfssao.errors import InputError
@@ -130,10 +131,8 @@ def color_bounds_of(color: Texture, depth: Texture | None, model: str | ErrorMod
     chosen = find_model(model)
     if chosen.exact:
         return exactly(color)
-    height, width, _ = color.shape
-    padded = np.pad(color.astype(np.float64), ((1, 1), (1, 1), (0, 0)), mode="edge")
-    shifted = [padded[j : j + height, i : i + width] for j, i in product(range(3), repeat=2)]
-    low, high = np.min(shifted, axis=0), np.max(shifted, axis=0)
+    wide = color.astype(np.float64)
+    low, high = (extreme(wide, (3, 3, 1), mode="nearest") for extreme in (minimum_filter, maximum_filter))
     room = ROUNDINGS * chosen.operation * np.maximum(np.abs(low), np.abs(high)) + SLOPES * chosen.centre * (high - low)
     strays = 0 if depth is None else stray_limit(depth, chosen)
     return Bounds(up_to_single(low - room), down_to_single(high + room), strays=strays)

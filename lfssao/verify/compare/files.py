@@ -39,11 +39,7 @@ def files_like(there: Sequence[Path], patterns: Files, names: Sequence[str]) -> 
     files: dict[str, list[File]] = {name: [] for name in names}
     claimed = set()
     words = [patterns] if isinstance(patterns, str) else patterns
-    pairs = (
-        words.items()
-        if isinstance(words, Mapping)
-        else [(w.rpartition("=") if "=" in w else (w, "", ""))[::2] for w in words]
-    )
+    pairs = words.items() if isinstance(words, Mapping) else [[*word.rsplit("=", 1), ""][:2] for word in words]
     for pattern, layer in pairs:
         expression = re.sub(r"\\\{(module|number)\\\}", "(.+)", re.escape(pattern))
         found: dict[str, Path] = {}

@@ -67,8 +67,8 @@ def measure(mine: Planes, reference: Planes) -> Metrics:
         return Metrics(differing.size, 0)
     both = np.isfinite(a) & np.isfinite(b)
     x, y = a[both], b[both]
-    error = np.abs(x.astype(np.float64) - y.astype(np.float64))
-    rmse = sqrt(float((error * error).sum()) / error.size) if error.size else 0.0
+    error = np.abs(x.astype(np.float64) - y.astype(np.float64)) if both.any() else np.zeros(1)
+    rmse = sqrt(float((error * error).mean()))
     nan_a, nan_b, (low, high) = np.isnan(a), np.isnan(b), span(b)
     peak = high - low
     infinite = (np.isinf(a) | np.isinf(b)) & ~nan_a & ~nan_b & (a != b)
@@ -76,8 +76,8 @@ def measure(mine: Planes, reference: Planes) -> Metrics:
         texels=differing.size,
         differing=count,
         max_ulp=_max_ulp(x, y),
-        max_error=float(error.max(initial=0)),
-        mean_error=float(error.sum()) / error.size if error.size else 0.0,
+        max_error=float(error.max()),
+        mean_error=float(error.mean()),
         rmse=rmse,
         psnr=float(20 * np.log10(peak / rmse)) if rmse > 0 and peak > 0 else None,
         ssim=_ssim(a, b, both, peak),

@@ -173,21 +173,20 @@ def read_case(folder: Path) -> Case:
     keys = _HEAD | dict.fromkeys(("parameters", "inputs", "outputs", "bounds"), dict)
     if not _has(described, keys):
         raise InputError(f"{path}: one of {', '.join(keys)} is missing or of the wrong type")
-    bounds = {}
-    for name, pair in described["bounds"].items():
-        if not _has(pair, {"lower": dict, "upper": dict}):
-            raise InputError(f"{path}: bounds need a lower and an upper array")
-        lower, upper = (_read_array(folder, name, pair[side]) for side in ("lower", "upper"))
-        bounds[name] = Bounds(lower, upper)
     inputs, outputs = (
         {name: _read_array(folder, name, entry) for name, entry in described[group].items()}
         for group in ("inputs", "outputs")
     )
     if not outputs:
         raise InputError(f"{path}: it has no outputs")
-    for name, each in bounds.items():
-        if name not in outputs or not each.lower.shape == each.upper.shape == outputs[name].shape:
+    bounds = {}
+    for name, pair in described["bounds"].items():
+        if not _has(pair, {"lower": dict, "upper": dict}):
+            raise InputError(f"{path}: bounds need a lower and an upper array")
+        lower, upper = (_read_array(folder, name, pair[side]) for side in ("lower", "upper"))
+        if name not in outputs or not lower.shape == upper.shape == outputs[name].shape:
             raise InputError(f"{path}: the bounds of {name} are not of the shape of an output of that name")
+        bounds[name] = Bounds(lower, upper)
     head = {key: described[key] for key in _HEAD}
     return Case(**head, parameters=described["parameters"], inputs=inputs, outputs=outputs, bounds=bounds)
 
@@ -199,13 +198,12 @@ def _has(entry: Any, keys: Mapping[str, type]) -> bool:
 def _read_json(path: Path) -> dict[str, Any]:
     """A JSON file of this format."""
     check_file(path, "; 'lfssao kit' writes it")
-    value = read_json(path)
+    value: dict[str, Any] = read_json(path)
     found = value.get("format") if isinstance(value, dict) else None
-    if not isinstance(found, int) or isinstance(found, bool) or found < 1:
+    if type(found) is not int or found < 1:
         raise InputError(f"{path}: it is no file of a kit: its format is {found!r}")
     if found > FORMAT:
         raise InputError(f"{path}: the kit is of format {found}, and this version of lfssao reads up to {FORMAT}")
-    assert isinstance(value, dict)
     return value
 
 

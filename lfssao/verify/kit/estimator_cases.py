@@ -80,11 +80,9 @@ def _disk_problem(estimator: Estimator, changes: Changes, tables: Arrays) -> Pro
 def _wall_normals(view: View, depth: NDArray[np.float32], scene: Scene) -> NDArray[np.float32]:
     """The wall's normal in world space wherever there is a surface: an input like any other."""
     _, b, c, _ = scene.wall
-    towards = (b, c, -1.0)  # cast space, to the viewers; planes go to world space by the transposed map
-    rows = view.cast_from_world.tolist()
-    x, y, z = ((towards[0] * rows[0][k] + towards[1] * rows[1][k]) + towards[2] * rows[2][k] for k in range(3))
-    length = sqrt((x * x + y * y) + z * z)
-    unit = np.array([x / length, y / length, z / length], np.float32)
+    rows = view.cast_from_world[:, :3]  # planes go to world space by the transposed map
+    x, y, z = towards = (b * rows[0] + c * rows[1]) - rows[2]  # by (b, c, -1), in cast space to the viewers
+    unit = (towards / sqrt((x * x + y * y) + z * z)).astype(np.float32)
     return np.where(np.isfinite(depth)[..., None], unit, np.float32(0))
 
 

@@ -105,14 +105,6 @@ def displays(draw: DrawFn, *, screens: tuple[str, ...] = _SCREENS, modules: int 
 
 
 @st.composite
-def _views(draw: DrawFn, most: int) -> Any:
-    if draw(st.booleans()):
-        return draw(cameras()).view(draw(st.integers(1, most)), draw(st.integers(1, most)))
-    half = np.array([[0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, -0.5, 0]])
-    return draw(displays(modules=1, texels=most)).view(0, half)
-
-
-@st.composite
 def gbuffers(
     draw: DrawFn,
     *,
@@ -129,7 +121,11 @@ def gbuffers(
 
     >>> strategy = lfssao.testing.gbuffers(most=16)  # for @given(buffers=strategy)
     """
-    view = draw(_views(most) if views is None else views)
+    if views is None:
+        side, half = st.integers(1, most), np.array([[0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, -0.5, 0]])
+        modules = displays(modules=1, texels=most).map(lambda display: display.view(0, half))
+        views = st.builds(Camera.view, cameras(), side, side) | modules
+    view = draw(views)
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     shape = view.height, view.width
     low, high = draw(st.sampled_from([(-0.3, 0.3), (0.0, 1.0), (-1e-3, 1e-3), (-1e6, 1e6)]))

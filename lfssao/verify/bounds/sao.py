@@ -5,7 +5,6 @@ them. An average over a depth edge in doubt may be made or not; weights of bilat
 """
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +33,6 @@ from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.kernels.seen import NOTHING
 from lfssao.verify.bounds.problem import Ends, Problem
 from lfssao.verify.bounds.ssao import single
-
-Layers = list[NDArray[Any]]
 
 
 def sao(given: Problem, radius: float) -> Bounds:
@@ -167,21 +164,17 @@ def _reconstructed(light: Ends, keys: Ends, weights: FloatArray, options: SaoOpt
             least.append(weight * np.maximum(1 - sharpness * far * (1 + r) - r, 0))
         ends = []
         for sign, end in zip((-1, 1), light, strict=True):
-            numbers = [_shifted(end, STRIDE * k, axis, 1.0) for k in range(-TAPS_RADIUS, TAPS_RADIUS + 1)]
-            means = [_mean(numbers, [sign * (a - edge) >= 0 for a in numbers], least, most) for edge in numbers]
+            numbers = np.array([_shifted(end, STRIDE * k, axis, 1.0) for k in range(-TAPS_RADIUS, TAPS_RADIUS + 1)])
+            means = [_mean(numbers, np.where(sign * (numbers - edge) >= 0, most, least)) for edge in numbers]
             mean = sign * np.max(sign * np.array(means), axis=0) * (1 + sign * (model.quotient + 24 * model.operation))
             ends.append(np.where(keys[0] < np.inf, np.maximum(mean, 0), 1.0))
         light = ends[0], ends[1]
     return light
 
 
-def _mean(numbers: Layers, heavy: Layers, least: Layers, most: Layers) -> FloatArray:
-    """Mean of layers, each of its largest weight where it is heavy, else of its least."""
-    total, weight = np.zeros_like(numbers[0]), np.zeros_like(numbers[0])
-    for number, is_heavy, low, high in zip(numbers, heavy, least, most, strict=True):
-        w = np.where(is_heavy, high, low)
-        total, weight = total + w * number, weight + w
-    return total / weight
+def _mean(numbers: FloatArray, weights: FloatArray) -> FloatArray:
+    """Weighted mean of layers, (L, H, W), added from the first to the last: equal bits anywhere."""
+    return np.asarray(np.cumsum(weights * numbers, axis=0)[-1] / np.cumsum(weights, axis=0)[-1])
 
 
 def _shifted(texture: FloatArray, off: int, axis: int, beyond: float = np.inf) -> FloatArray:

@@ -88,17 +88,14 @@ def displaced(view: View, du: float, dv: float) -> View:
     """The view whose texels look at the image points (du, dv) texels right of and below the given one's."""
     lens = view.lens.copy()
     if view.rays.kind == CROSSED_SLITS:
-        lens[5] -= du
-        lens[7] -= dv
+        lens[[5, 7]] -= du, dv
     elif view.rays.kind == DISPLAY:
         # The distortion's centre moves back, so its result is moved forth: texels -> screen after T(du, dv).
-        lens[17] -= du
-        lens[18] -= dv
+        lens[[17, 18]] -= du, dv
         for row in (23, 26, 29):
             lens[row + 2] += lens[row] * du + lens[row + 1] * dv
     else:
-        lens[2] -= du
-        lens[3] -= dv
+        lens[[2, 3]] -= du, dv
     return replace(view, lens=lens)
 
 

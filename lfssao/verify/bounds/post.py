@@ -101,12 +101,8 @@ def shade_bounds(rgb: Texture, occlusion: Bounds, model: str | ErrorModel = "sha
     if rgb.shape != (*occlusion.lower.shape, 3):
         raise InputError(f"rgb has shape {rgb.shape}, expected {(*occlusion.lower.shape, 3)}")
     r, color = chosen.operation, rgb.astype(np.float64)
-    below, above = [], []
-    for end in (occlusion.lower, occlusion.upper):
-        ao = end.astype(np.float64)[..., None]
-        exact = color * (1 - ao)
-        error = np.abs(color) * (np.abs(ao) + 2 * np.abs(1 - ao)) * (r * (1 + 4 * r))
-        error += 4 * chosen.smallest * (color != 0)
-        below.append(exact - error)
-        above.append(exact + error)
-    return Bounds(up_to_single(np.minimum(*below)), down_to_single(np.maximum(*above)))
+    ao = np.array([occlusion.lower, occlusion.upper], np.float64)[..., None]
+    exact = color * (1 - ao)
+    error = np.abs(color) * (np.abs(ao) + 2 * np.abs(1 - ao)) * (r * (1 + 4 * r))
+    error += 4 * chosen.smallest * (color != 0)
+    return Bounds(up_to_single((exact - error).min(axis=0)), down_to_single((exact + error).max(axis=0)))

@@ -44,10 +44,10 @@ class Diagnosis:
     def words(self, module: str) -> str:
         """The diagnosis of a module's texture as a sentence."""
         where, without = f"the surface texels of {module}", f"{_percent(self.without)} agree without it"
-        best, *others = self.candidates
+        best = self.candidates[0]
         if self.fits:
             return f"{best.words} explains {_percent(best.share)} of {where} ({without})"
-        tried = ", ".join(f"{c.words} ({_percent(c.share)})" for c in (best, *others))
+        tried = ", ".join(f"{c.words} ({_percent(c.share)})" for c in self.candidates)
         return f"no change that was tried explains {where} ({_percent(self.without)} agree); the nearest: {tried}"
 
 

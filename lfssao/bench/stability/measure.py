@@ -14,7 +14,7 @@ from lfssao.ao.kernels import ssao as kernels
 from lfssao.bench.stability.exact import Image, Mapping
 from lfssao.bench.stability.running_error import EXACT, PROBED, Arithmetic, Tracked
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.view import View
+from lfssao.optics.view import WorldToImage
 
 Texture = NDArray[np.floating[Any]]
 
@@ -98,19 +98,16 @@ def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[Texture, NDArray[np.boo
     view, turn = case.mapping.view, case.mapping.turn
     surface = case.depth if case.stored is None else case.stored
     positions, depth = case.positions.astype(dtype), surface.astype(dtype)
-    samples, radius = case.offset[None, :], 1.0
-    if view.screen_to_world is None:
-        turns = np.full((*depth.shape, 2), turn, dtype).transpose(2, 0, 1) if turn else None
-        decided = ssao.algorithm2(depth, positions, view.world_to_image, samples, radius, turns).texture
-    else:
-        matrix = view.world_to_image.numbers.reshape(4, 4)
-        decided = ssao.algorithm1(depth, view.screen_to_world, matrix, samples, radius).texture
-    return _kernel_image(view, positions, case.offset.astype(dtype), turn), decided > 0
+    if view.screen_to_world is not None:  # Algorithm 1
+        positions = ssao.unprojected(depth, view.screen_to_world)
+    turns = np.full((*depth.shape, 2), turn, dtype).transpose(2, 0, 1) if turn else None
+    decided = ssao.algorithm2(depth, positions, view.world_to_image, case.offset[None, :], 1.0, turns).texture
+    return _kernel_image(view.world_to_image, positions, case.offset.astype(dtype), turn), decided > 0
 
 
-def _kernel_image(view: View, positions: Texture, offset: Texture, turn: Sequence[float]) -> Texture:
+def _kernel_image(to_image: WorldToImage, positions: Texture, offset: Texture, turn: Sequence[float]) -> Texture:
     """U and v of points + offset, (H, W, 2), by the kernels' own lines, on arrays; any numbers outside the domain."""
-    projection = view.world_to_image.as_type(positions.dtype)
+    projection = to_image.as_type(positions.dtype)
     kind, m = projection
     if kind == mapping.DISPLAY:
         points = np.ascontiguousarray((positions + offset).reshape(-1, 3))
@@ -120,10 +117,6 @@ def _kernel_image(view: View, positions: Texture, offset: Texture, turn: Sequenc
     affine, way = mapping.affine_row.py_func, kernels.offset_row.py_func
     places: Any = np.moveaxis(positions, -1, 0)
     with np.errstate(all="ignore"):  # outside the domain
-        if view.screen_to_world is not None:
-            back = view.screen_to_world.ravel().astype(m.dtype)
-            x, y, z, w = (affine(back, row, *places) for row in range(4))
-            places = x / w, y / w, z / w
         turns = np.array(turn, m.dtype)[:, None] if turn else None
         ways = kernels.transform_offsets.py_func(offset[None, :], projection, turns)
         rows = (affine(m, row, *places) + way(ways, 0, row, turns, turns, 0) for row in range(4))

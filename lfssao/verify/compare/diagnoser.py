@@ -27,6 +27,8 @@ class Diagnoser:
 
     def __init__(self, reference: Reference, model: ErrorModel) -> None:
         self._reference, self._model = reference, MODELS["nearest"] if model.exact else model
+        self._names = list(reference.files)
+        self._opposite = dict(zip(self._names, reversed(self._names), strict=True))  # modules in reverse order
         self._found: dict[str, list[Diagnosis]] = defaultdict(list)  # by stage
         self._given_up: set[str] = set()  # stages in which nothing fitted
 
@@ -51,15 +53,14 @@ class Diagnoser:
 
     def _words(self, module: str, other: str) -> str:
         """Another module's name, and whether it is this one's in reverse order."""
-        names = list(self._reference.files)
-        return f"{other} (modules in reverse order)" if names[::-1][names.index(module)] == other else other
+        return f"{other} (modules in reverse order)" if self._opposite[module] == other else other
 
     def _depths(self, module: str) -> Iterator[tuple[str, NDArray[Any]]]:
         """Depth of the module in this one's place in reverse order, and of the nearest."""
-        names = list(self._reference.files)
-        place = names.index(module)
-        near = sorted(names, key=lambda other: (other != names[::-1][place], abs(names.index(other) - place)))
-        for other in [name for name in near if name != module][:_MOST_MODULES]:
+        others = [name for name in self._names if name != module]
+        place = self._names.index
+        others.sort(key=lambda other: (other != self._opposite[module], abs(place(other) - place(module))))
+        for other in others[:_MOST_MODULES]:
             with suppress(InputError):  # a file that cannot be read is no candidate
                 for layer in layers_of(read_image_file(self._reference.files[other])):
                     if layer.name == "depth":

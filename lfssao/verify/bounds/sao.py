@@ -179,10 +179,9 @@ def _mean(numbers: FloatArray, weights: FloatArray) -> FloatArray:
 
 def _shifted(texture: FloatArray, off: int, axis: int, beyond: float = np.inf) -> FloatArray:
     """The texels so many places on along an axis, and a number beyond the border."""
-    lines, made = np.moveaxis(texture, axis, 0), np.full_like(texture, beyond)
-    to, n = np.moveaxis(made, axis, 0), max(len(lines) - abs(off), 0)
-    to[max(-off, 0) : max(-off, 0) + n] = lines[max(off, 0) : max(off, 0) + n]
-    return made
+    room = [(abs(off), abs(off)) if k == axis else (0, 0) for k in range(2)]
+    wide = np.pad(texture, room, constant_values=beyond)
+    return np.take(wide, abs(off) + off + np.arange(texture.shape[axis]), axis)
 
 
 def growth(n: int, model: ErrorModel) -> float:

@@ -174,5 +174,5 @@ def _worst_places(
         off = np.where(outside, difference(mine, tuple(held)), off)
     places = np.flatnonzero(differing | outside)
     order = np.lexsort((places, -off.ravel()[places], ~outside.ravel()[places]))[:WORST]
-    width = outside.shape[1]
-    return [(int(place) % width, int(place) // width) for place in places[order]]
+    rows, columns = np.unravel_index(places[order], outside.shape)
+    return list(zip(columns.tolist(), rows.tolist(), strict=True))

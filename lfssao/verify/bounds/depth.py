@@ -206,18 +206,17 @@ class PositionBounds:
     strays: int = 0
     off: FloatArray | float = 0.0
 
+    @np.errstate(invalid="ignore")  # of a NaN that signals, and where there is no surface
     def outside(self, positions: Texture) -> NDArray[np.bool_]:
         """Whether each texel's position does not fit, (H, W, 3)."""
         depth, operation, (height, width) = self.depth, self.model.operation, self.depth.shape
         allowance = np.full(positions.shape, ROUNDINGS * operation * _largest(positions))
-        with np.errstate(invalid="ignore"):  # of a NaN that signals
-            exact = np.ascontiguousarray(positions, np.float64)
+        exact = np.ascontiguousarray(positions, np.float64)
         image, error, _ = project_positions(exact, allowance, self.world_to_image, self.model)
         centre = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
         room = ROUNDINGS * operation * _largest(depth) + self.off
-        with np.errstate(invalid="ignore"):  # where there is no surface
-            far = [~(np.abs(image[..., 2] - depth) <= error[..., 2] + room)]
-            far += [~(np.abs(image[..., k] - centre[k]) <= error[..., k] + self.model.centre) for k in range(2)]
+        far = [~(np.abs(image[..., 2] - depth) <= error[..., 2] + room)]
+        far += [~(np.abs(image[..., k] - centre[k]) <= error[..., k] + self.model.centre) for k in range(2)]
         finite = np.any(positions != np.inf, axis=-1)
         wrong = np.where(depth < np.inf, np.any(far, axis=0), finite)
         return np.stack([wrong] * 3, axis=-1)

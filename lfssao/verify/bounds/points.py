@@ -65,11 +65,10 @@ def point_bounds(
 
 def _hidden_points(given: Problem, radius: float, *, half: bool) -> Bounds:
     """Bounds of ``point``, or with ``half`` of ``hemisphere``."""
-    options, model, hides = given.options, given.model, given.options["background"] == "occludes"
+    options, model = given.options, given.model
     points = sample_points(given.points, radius, half, float(radius) if options["range_check"] else np.inf)
-    kind, background = POSITIONS if options["surface"] == "positions" else IMAGE, np.inf
-    if hides and not options["range_check"]:
-        background = -np.inf
+    hides = options["background"] == "occludes" and not options["range_check"]
+    kind, background = POSITIONS if options["surface"] == "positions" else IMAGE, -np.inf if hides else np.inf
     lower, upper = fraction_bounds(len(given.points), model)
     if options.get("remap"):
         lower, upper = _remapped(lower, model, -1), _remapped(upper, model, 1)

@@ -16,9 +16,9 @@ def add_to(kit: argparse.ArgumentParser) -> None:
 
 
 def _kit(options: argparse.Namespace) -> None:
-    from lfssao.verify.kit.cases import case_names, make_case  # late: displays of cases compile kernels, which is shown
+    from lfssao.verify.kit.cases import RECIPES, make_case  # late: displays of cases compile kernels, which is shown
 
     check_target(options.folder)
-    with progress(case_names(), unit="case", leave=False) as bar:
+    with progress(RECIPES, unit="case", leave=False) as bar:
         write_kit(options.folder, map(make_case, bar))
-    print(f"{options.folder}: {len(case_names())} cases")
+    print(f"{options.folder}: {len(RECIPES)} cases")

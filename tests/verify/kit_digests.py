@@ -7,7 +7,7 @@ import json
 import tempfile
 from pathlib import Path
 
-from lfssao.verify.kit.cases import case_names, make_case
+from lfssao.verify.kit.cases import RECIPES, make_case
 from lfssao.verify.kit.folder import read_index, write_kit
 
 PATH = Path(__file__).with_suffix(".json")
@@ -15,7 +15,7 @@ PATH = Path(__file__).with_suffix(".json")
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
-        write_kit(Path(folder) / "kit", map(make_case, case_names()))
+        write_kit(Path(folder) / "kit", map(make_case, RECIPES))
         new = {entry["name"]: entry["sha256"] for entry in read_index(Path(folder) / "kit")}
     old = json.loads(PATH.read_text())
     for name in sorted(set(old) | set(new)):

@@ -13,7 +13,7 @@ from reference.spiral import TURNS
 
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.samples import METHODS
-from lfssao.verify.kit.cases import RECIPES, case_names, make_case
+from lfssao.verify.kit.cases import RECIPES, make_case
 from lfssao.verify.kit.folder import read_case, read_index, write_kit
 from lfssao.verify.kit.specification import specification
 from lfssao.verify.kit.stages import STAGES
@@ -30,7 +30,7 @@ BOUNDED_ESTIMATORS = (
 # The specification suffices, and the bits are the same on every machine
 
 
-@pytest.mark.parametrize("name", case_names())
+@pytest.mark.parametrize("name", RECIPES)
 def test_an_implementation_of_the_specification_meets_every_bit(kit, name):
     stage, parameters, inputs, outputs = reference.read_case(kit / "cases" / name)
     made = reference.solve(stage, parameters, inputs)
@@ -110,7 +110,7 @@ def test_every_stage_sampler_and_estimator_has_a_case():
         assert f"\n### Estimator `{name}`\n" in specification()["ESTIMATORS.md"] or name == "lf"
 
 
-@pytest.mark.parametrize("name", case_names())
+@pytest.mark.parametrize("name", RECIPES)
 def test_a_case_is_small_and_its_outputs_lie_within_their_bounds(kit, name):
     case = read_case(kit / "cases" / name)
     arrays = {**case.inputs, **case.outputs}
@@ -129,7 +129,7 @@ def test_a_case_is_small_and_its_outputs_lie_within_their_bounds(kit, name):
         assert np.isfinite(upper).all()
 
 
-@pytest.mark.parametrize("name", [name for name in case_names() if name.startswith("estimator_")])
+@pytest.mark.parametrize("name", [name for name in RECIPES if name.startswith("estimator_")])
 def test_an_option_that_is_changed_shows_in_its_case(kit, name):
     case = read_case(kit / "cases" / name)
     options = dict(find_estimator(case.parameters["estimator"]).parameters)

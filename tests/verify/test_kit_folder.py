@@ -10,14 +10,14 @@ from jobs import sentence
 from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.rendering.exr import read_exr
-from lfssao.verify.kit.cases import case_names, make_case
+from lfssao.verify.kit.cases import RECIPES, make_case
 from lfssao.verify.kit.folder import read_case, read_index, read_kit, write_kit
 from lfssao.verify.kit.specification import specification
 
 
 def test_a_kit_reads_back(kit):
     cases = list(read_kit(kit))
-    assert [case.name for case in cases] == case_names()
+    assert [case.name for case in cases] == list(RECIPES)
     for case in cases[::5]:
         made = make_case(case.name)
         assert_same_case(case, made)

@@ -290,11 +290,6 @@ RECIPES = {
 }
 
 
-def case_names() -> list[str]:
-    """Names of all cases of the registry."""
-    return list(RECIPES)
-
-
 def make_case(name: str) -> Case:
     """A case of the registry, solved; InputError if there is none of that name.
 

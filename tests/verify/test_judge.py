@@ -263,4 +263,8 @@ def test_a_guard_band_and_no_mesh_are_no_bugs(guard):
     up = np.where(textures.blurred > 0, np.nextafter(textures.blurred, np.float32(2)), textures.blurred)
     raised = stages(textures) | {"blurred": up}
     assert failing(raised, case, "strict")[0] == "blurred"
+    for name in ("depth", "positions", "color"):
+        right = stages(textures)[name]
+        moved = np.where((right > 0) & (right < np.inf), np.nextafter(right, np.float32(9)), right)
+        assert failing(stages(textures) | {name: moved}, case, "strict")[0] == name
     assert verdicts(raised, case)["blurred"] is Verdict.INSIDE

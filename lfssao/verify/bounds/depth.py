@@ -173,8 +173,7 @@ def _steps(reference: FloatArray, slack: float) -> list[_Step]:
 
 def _finite(difference: FloatArray) -> FloatArray:
     """Sizes of differences, 0 where one of the two is no surface."""
-    size = np.abs(difference)
-    return np.where(np.isfinite(size), size, 0.0)
+    return np.nan_to_num(np.abs(difference), nan=0.0, posinf=0.0)
 
 
 def _largest(texture: NDArray[np.floating[Any]]) -> float:

@@ -23,13 +23,23 @@ VALUES = (
 )
 
 
+def _maximum(layers: FloatArray) -> FloatArray:
+    """The merge of layers (L, K)."""
+    return np.asarray(layers.max(axis=0))
+
+
+def _shaded(image: FloatArray, ao: FloatArray) -> FloatArray:
+    """The shading of an image (K, 3) by occlusion (K, 1)."""
+    return image * (1 - ao)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Merge(Problem):
     """The maximum of K texels of L layers."""
 
     layers: FloatArray  # (L, K)
     chosen: Any = ...  # index of those that are merged
-    rule: Function = lambda layers: layers.max(axis=0)
+    rule: Function = _maximum
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding."""
@@ -114,7 +124,7 @@ class Shade(Problem):
     image: FloatArray  # (K, 3)
     occlusion: FloatArray  # (K,), blurred
     merged: FloatArray | None
-    rule: Callable[..., FloatArray] = lambda image, ao: image * (1 - ao)  # ao: (K, 1)
+    rule: Callable[..., FloatArray] = _shaded
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding; ``value`` is of the occlusion."""

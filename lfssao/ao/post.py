@@ -93,6 +93,4 @@ def shade(rgb: Texture, occlusion: Texture) -> Texture:
 def shade_white(depth: Texture, occlusion: Texture) -> Texture:
     """The post pass of a scene without colour: ``shade`` of 1 where depth, (H, W), is finite, and of 0 elsewhere."""
     check_texture("depth", depth, 2)
-    white = np.empty((*depth.shape, 3), depth.dtype)
-    white[:] = (depth < np.inf)[..., None]
-    return shade(white, occlusion)
+    return shade(np.repeat((depth < np.inf).astype(depth.dtype)[..., None], 3, axis=2), occlusion)

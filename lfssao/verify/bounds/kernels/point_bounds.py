@@ -32,13 +32,20 @@ class Points(NamedTuple):
 
 
 @kernel(inline=True)
-def sample_place(seen, points, point, s, side, j, i, by):
-    """The place of a sample of a texel at a point, or for a side of -1 that on the other side of the point."""
+def sample_place(seen, points, point, s, j, i, by):
+    """The place of a sample of a texel at a point."""
     (x, y, z), (c, d) = points.offsets[s], turn_of(seen, j, i)
     a, b, e = abs(c * x) + abs(d * y), abs(d * x) + abs(c * y), abs(z)
-    u, v, w = side * (c * x - d * y), side * (d * x + c * y), side * z
-    offset = Pair(u, by.offset * a), Pair(v, by.offset * b), Pair(w, by.offset * e)
+    offset = Pair(c * x - d * y, by.offset * a), Pair(d * x + c * y, by.offset * b), Pair(z, by.offset * e)
     return Place(point, offset, (a, b, e), 0 if seen.turns.shape[1] == 0 else TURNED)
+
+
+@kernel(inline=True)
+def on_side(place, side):
+    """The place, or for a side of -1 that on the other side of the point."""
+    x, y, z = place.offset
+    offset = Pair(side * x.value, x.error), Pair(side * y.value, y.error), Pair(side * z.value, z.error)
+    return Place(place.point, offset, place.sizes, place.more)
 
 
 @kernel(inline=True)
@@ -103,12 +110,12 @@ def depth_is_exact(m, point, offset):
 @kernel(inline=True)
 def trace_sample(seen, points, here, s, j, i, by):
     """Image point, errors included, of sample s of a texel at a point, and whether it may and must be hidden."""
-    place, m = sample_place(seen, points, here, s, 1.0, j, i, by), seen.numbers
+    place, m = sample_place(seen, points, here, s, j, i, by), seen.numbers
     below, surely = is_below(place, triple(seen.normals[j, i]), by) if points.half else (False, False)
     image, may, must = Projected(exact(0.0), exact(0.0), exact(0.0), False, False), False, True
     for side in (1.0, -1.0):
         if below if side < 0.0 else not surely:
-            image, _, _ = look(seen, sample_place(seen, points, here, s, side, j, i, by), by)
+            image, _, _ = look(seen, on_side(place, side), by)
             hidden = is_hidden(seen, image, here, points.reach, by)
             may, must = may | hidden[0], must & hidden[1]
     if may and not must and seen.kind != MATRIX and seen.back.shape[0] == 0 and points.is_exact[s] and not below:

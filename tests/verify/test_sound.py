@@ -174,4 +174,4 @@ def test_edges_are_met_off_centres_on_average_no_more_often_than_the_limit_says(
         crossed = np.abs(away) <= reach * (abs(cosine) + abs(sine))
         met, limits = met + np.count_nonzero(crossed), limits + stray_limit(depth, model)
     assert met <= limits < 16 * met
-    assert stray_limit(np.ones((9, 9), np.float32)) == 0
+    assert stray_limit(np.ones((9, 9), np.float32)) == stray_limit(depth, "strict") == 0

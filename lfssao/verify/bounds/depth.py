@@ -14,8 +14,6 @@ surface, carried on, is as right, and what lies between the two is wrong. No suc
 surfaces thinner than a texel, and slopes more than ``SLOPES`` times steeper in a texel than around it. So the judge
 lets as many texels leave the bounds as may look across an edge (``stray_limit``). A shift by less than a texel is not
 noticed at silhouettes.
-
-No model here is an exact one: it has one right value, the reference's (``lfssao.verify.bounds.view``).
 """
 
 from dataclasses import dataclass, replace
@@ -32,7 +30,7 @@ from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY
 from lfssao.optics.view import View, WorldToImage
-from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, up_to_single
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, exactly, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import depth_bounds as depth_kernels
 from lfssao.verify.bounds.ssao import project_positions
@@ -46,6 +44,8 @@ SLOPES = 8
 def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shader") -> Bounds:
     """Bounds of the depth texture of a view of the mesh that the caster holds in the view's cast space."""
     chosen = find_model(model)
+    if chosen.exact:
+        return exactly(caster.gbuffer(view, color=None).depth)
     shape = view.height, view.width
     reach = chosen.centre
     triangles = np.empty((9, view.height * view.width), np.int32)
@@ -72,11 +72,13 @@ def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: 
     chosen = find_model(model)
     low: Any = np.inf
     high: Any = -np.inf
-    for v, u in product((-chosen.centre, 0.0, chosen.centre), repeat=2):
+    for v, u in product((0.0,) if chosen.exact else (-chosen.centre, 0.0, chosen.centre), repeat=2):
         texture = caster.gbuffer(displaced(view, u, v), color).color
         if texture is None:
             raise InputError(f"{caster.mesh.name} has no colour")
         low, high = np.minimum(low, texture), np.maximum(high, texture)
+    if chosen.exact:
+        return exactly(high)
     low, high = low.astype(np.float64), high.astype(np.float64)
     room = (high - low) + ROUNDINGS * chosen.operation * high
     return Bounds(up_to_single(low - room), down_to_single(high + room))
@@ -100,6 +102,8 @@ def displaced(view: View, du: float, dv: float) -> View:
 def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Bounds:
     """Bounds of a depth texture (H, W) without a mesh, from the reference's."""
     chosen = find_model(model)
+    if chosen.exact:
+        return exactly(depth)
     reference = depth.astype(np.float64)
     slack = ROUNDINGS * chosen.operation * _largest(reference)
     steps = _steps(reference, slack)
@@ -122,6 +126,8 @@ def color_bounds_of(color: Texture, depth: Texture | None, model: str | ErrorMod
     ``model.centre`` of their span and by ROUNDINGS operations. At jumps of the reference's depth some may stray.
     """
     chosen = find_model(model)
+    if chosen.exact:
+        return exactly(color)
     wide = color.astype(np.float64)
     low, high = (extreme(wide, (3, 3, 1), mode="nearest") for extreme in (minimum_filter, maximum_filter))
     room = ROUNDINGS * chosen.operation * np.maximum(np.abs(low), np.abs(high)) + SLOPES * chosen.centre * (high - low)
@@ -135,9 +141,11 @@ def stray_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
     A texel shows another surface where an edge passes through the box of half width c, ``ErrorModel.centre``, about its
     centre. An edge that is L texels long, in any direction, meets at most 2 sqrt(2) c L boxes on average, and at most L
     texels next to it count here. So the mean number m is at most 2 sqrt(2) c times the texels at a jump of depth; the
-    limit is m + 4 sqrt(m), four standard deviations above it.
+    limit is m + 4 sqrt(m), four standard deviations above it; 0 for an exact model.
     """
     chosen, reference = find_model(model), depth.astype(np.float64)
+    if chosen.exact:
+        return 0
     jumps = [step.jump for step in _steps(reference, ROUNDINGS * chosen.operation * _largest(reference))]
     mean = 2 * sqrt(2) * chosen.centre * int(np.count_nonzero(np.any(jumps, axis=0)))
     return int(mean + 4 * sqrt(mean))

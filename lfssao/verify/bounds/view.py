@@ -69,14 +69,14 @@ class ViewBounds:
 
     def find(self, name: str) -> Bounds | PositionBounds | None:
         """Bounds of a texture; None where only equal values are right. InputError if parameters do not fit textures."""
-        if self._model.exact and name in ("depth", "color", "positions"):
-            return exactly(self._right[name])
         if name == "depth":
             return self._mesh.get(name) or depth_bounds_of(self._right[name], self._model)
         if name == "color":
             return self._mesh.get(name) or color_bounds_of(self._right[name], self._right.get("depth"), self._model)
         if name != "positions":
             return self._stage(name)
+        if self._model.exact:
+            return exactly(self._right[name])
         depth = self._inputs.get("depth")
         if depth is None:
             return None

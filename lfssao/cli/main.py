@@ -47,7 +47,7 @@ class Parser(argparse.ArgumentParser):
         self._file, self._text = file, files("lfssao.cli") / "help" / "none"
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As of ``argparse.ArgumentParser``, the command's options added before."""
+        """As of ``argparse.ArgumentParser``, the command's options added before; what is unknown is refused."""
         if self._file:
             import_module(f"lfssao.cli.{self._file}").add_to(self)
             self._text, self._file = files("lfssao.cli") / "help" / f"{self._file}.txt", ""

@@ -139,10 +139,8 @@ def _hbao(given: Problem, radius: float) -> Bounds:
     return _summed(given, disk_kernels.sum_rises, given.surface(radius), fan, terms=n * options.steps, divisor=n)
 
 
-def _summed(
-    given: Problem, kernel: Callable[..., None], *samples: Any, terms: int | None = None, divisor: int = 1
-) -> Bounds:
-    """Bounds of sums of a kernel: terms, the points by default, added in any order; what is above 1 is 1."""
+def _summed(given: Problem, kernel: Callable[..., None], *samples: Any, terms: int = 0, divisor: int = 1) -> Bounds:
+    """Bounds of sums of a kernel: terms, with 0 the points, added in any order; what is above 1 is 1."""
     (fewest, most), undecided = given.sums(kernel, *samples)
     relative = growth(terms or len(given.points), given.model)
     lower = up_to_single(np.minimum(fewest / divisor * (1 - relative), 1))

@@ -180,10 +180,11 @@ def test_the_command_prints_what_is_degraded_and_writes_the_files(tmp_path, caps
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert main(["bench", "stability", "--all"]) == 0
     assert len(capsys.readouterr().out.splitlines()) == 2 + len(rows)
-    broken = Refusal("x", "x", lambda: None, "")
+    broken = Refusal("x", "x" * 60, lambda: None, "")
     monkeypatch.setattr("lfssao.bench.stability.cases.CASES", (broken,))
     assert main(["bench", "stability"]) == 1
-    assert "it was served" in capsys.readouterr().out
+    head, line, _ = capsys.readouterr().out.splitlines()
+    assert line[head.index("verdict") :].startswith(f"{BROKEN}: it was served")
     assert main(["bench", "stability", "--plot", "a.txt"]) == 2
     assert "--plot: a.txt does not end in" in capsys.readouterr().err
 

@@ -87,14 +87,6 @@ def test_beyond_the_fold_there_is_no_image(k1, k2):
         assert worst < ROUNDINGS
 
 
-def test_outside_the_texture_is_said_and_has_its_coordinates():
-    display = Display("square", 2.0, 2.0, 0.0, -2.0, (Module(0.0, 0.0, 1.0, 8, 8),), ROI)
-    points = [(-1, 1, 0), (1, 0, 0), (1 - 1e-12, 0, 0), (0, -1, 0), (-1.5, 0, 0), (0, 1.25, 0)]
-    image, answers = display.physical_to_image(0, np.array(points, float))
-    assert answers.tolist() == [VALID, OUTSIDE, VALID, OUTSIDE, OUTSIDE, OUTSIDE]
-    np.testing.assert_array_equal(image[[0, 1, 3, 4, 5], :2], [[0, 0], [8, 4], [4, 8], [-2, 4], [4, -1]])
-
-
 @settings(max_examples=200)
 @given(display=displays(), points=st.lists(st.tuples(*[st.floats()] * 3), min_size=1, max_size=6))
 def test_any_numbers_get_an_answer(display, points):

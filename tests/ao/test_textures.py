@@ -9,11 +9,6 @@ VIEW = Camera("orthographic", (0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0),
 DEPTH, PLACES = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
 
 
-def test_textures_that_fit_are_taken():
-    assert Buffers(VIEW, DEPTH, PLACES).normals is None
-    assert Buffers(VIEW, DEPTH, PLACES, PLACES).normals is PLACES
-
-
 @pytest.mark.parametrize(("textures", "words"), [
     ((DEPTH.T, PLACES), "depth has shape"),
     ((DEPTH.astype(int), PLACES), "depth is of int"),

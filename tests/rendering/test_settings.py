@@ -18,14 +18,6 @@ def test_layers_that_are_kept_and_normals_that_they_need():
     assert asked.normals == "geometric"
 
 
-def test_layers_that_others_read_are_computed():
-    assert Settings((0.1,), layers=("depth",)).computed == ("depth",)
-    assert Settings((0.1,), layers=("merged",)).computed == ("depth", "positions", "ao", "merged")
-    read_by_hbao = ("depth", "positions", "normals", "ao", "merged", "blurred")
-    assert Settings((0.1,), estimator="hbao", layers=("blurred",)).computed == read_by_hbao
-    assert Settings((0.1,), layers=("shaded",)).computed == tuple(name for name in LAYERS if name != "normals")
-
-
 def test_default_radii_are_fractions_of_the_diagonal():
     mesh = builtin_scene("statue")
     diagonal = np.linalg.norm(mesh.bounds[1] - mesh.bounds[0])

@@ -1,9 +1,9 @@
-"""Meshes: arrays that are none are refused, and degenerate faces left out."""
+"""Meshes: arrays that are none are refused; degenerate faces are left out in test_load.py."""
 
 import numpy as np
 import pytest
 
-from lfssao import InputError, Mesh, Paint
+from lfssao import InputError, Mesh
 
 
 def test_mesh_checks_arrays():
@@ -17,13 +17,3 @@ def test_mesh_checks_arrays():
     ):
         with pytest.raises(InputError, match=words):
             Mesh(bad_vertices, bad_faces)
-
-
-def test_degenerate_faces_go_with_their_materials():
-    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
-    faces = [[0, 1, 2], [0, 1, 1], [1, 3, 2]]
-    paint = Paint(np.eye(3, dtype=np.float32), np.array([0, 1, 2], np.int32), (None, None, None), None, None)
-    mesh = Mesh(vertices, faces, paint)
-    assert mesh.degenerate == 1
-    assert mesh.faces.tolist() == [[0, 1, 2], [1, 3, 2]]
-    assert mesh.paint.face_material.tolist() == [0, 2]

@@ -53,6 +53,8 @@ BAD_VALUES = {
     "--filter": ("cubic",),
     "--caster": ("vulkan",),
     "--guard": ("-1",),
+    "--frames": ("0", "-1", "1.5", "", "10001", "x", "a.txt", "missing.json", "٤"),
+    "--scheduler": ("", "remote", "127.0.0.1:8786", "tcp://", "tcp://a", "tcp://a b:1", "http://a:1"),
 }  # fmt: skip
 
 
@@ -88,6 +90,13 @@ FILES = {"line\nbreak.obj": "", "fine.obj": TRIANGLE, "b.png": "garbage"}
     (["statue", "--camera", "--modules", "0:1"], "--modules does not go with --camera"),
     (["statue", "--eye", "3,2,5"], "--eye, --target, --up and --fov place a camera: they need --camera"),
     (["statue", "--camera", "--eye", "3,2"], "--eye: '3,2' is not three numbers X,Y,Z"),
+    (["statue", "--estimator", "best"], "--estimator: there is no estimator 'best'"),
+    (["statue", "--parameter", "sigma"], "--parameter: 'sigma' is not NAME=VALUE"),
+    (["statue", "--parameter", "sigma=2"], "--parameter: estimator lf has no parameter 'sigma'"),
+    (["statue", "--neighbours", "-1"], "-1 is not from 0"),
+    (["statue", "--neighbours", "21", "--modules", "9:13"], "is 21: sample-a has 20 modules besides module 9"),
+    (["statue", "--neighbours", "2", "--estimator", "hemisphere"], "neighbours are for estimator lf"),
+    (["statue", "--neighbours", "1", "--camera"], "--neighbours does not go with --camera"),
     (["statue", "--rotate", "hsh"], "there is no rotation 'hsh' (did you mean 'hash'?)"),
     (["statue", "--rotate", "ign", "--estimator", "multiresolution"], "multiresolution do not turn by it"),
     (["statue", "--rotate", "ign", "--neighbours", "2", "--display", "c80"], "with neighbours samples do not turn"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from jobs import digests_of, manifest_of, render, sentence
+from jobs import digests_of, manifest_of, render
 from PIL import Image, ImageSequence
 
 import lfssao.rendering.run
@@ -129,13 +129,6 @@ def test_files_that_are_no_files(tmp_path):
     for name, part in (("a.npy", "an NPY file"), ("c.npy", "No such"), ("c.txt", ".json or an .npy")):
         with pytest.raises(InputError, match=part):
             read_transforms(tmp_path / name)
-
-
-@pytest.mark.parametrize("value", ["0", "-1", "1.5", "", "10001", "x", "a.txt", "missing.json", "٤"])
-def test_bad_frames_are_refused_before_anything_is_made(tmp_path, capsys, value):
-    render(tmp_path / "out", *SMALL, "--frames", value, code=2)
-    assert sentence(capsys).startswith("--frames")
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.fixture(scope="module")

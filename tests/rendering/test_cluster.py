@@ -18,7 +18,7 @@ from urllib.error import HTTPError
 from urllib.request import urlopen
 
 import pytest
-from jobs import digests_of, python, render, sentence
+from jobs import digests_of, python, render
 
 import lfssao.rendering.run
 from lfssao.core.files import _namespace
@@ -105,12 +105,6 @@ def test_a_scheduler_of_this_job_alone(local, tmp_path):
     assert done.stderr == ""
     assert done.stdout.count("\n") == 3
     assert digests_of(tmp_path / "out") == local
-
-
-@pytest.mark.parametrize("value", ["", "remote", "127.0.0.1:8786", "tcp://", "tcp://a", "tcp://a b:1", "http://a:1"])
-def test_addresses_that_are_none(tmp_path, capsys, value):
-    render(tmp_path / "out", *COMMAND, "--scheduler", value, code=2)
-    assert "--scheduler: " in sentence(capsys)
 
 
 def test_no_scheduler_no_package_and_threads_that_are_not_ours(tmp_path, capsys, monkeypatch):

@@ -9,6 +9,7 @@ from bits import assert_same_bits
 from hypothesis import given
 from hypothesis import strategies as st
 from jobs import NEEDS_EMBREE, manifest_of
+from jobs import render as render_files
 from reference.passes import algorithm2_with_neighbours
 from ssao_cases import both, module_cases
 
@@ -16,13 +17,11 @@ from lfssao import Mesh, RayCaster, Settings, find_display, make_samples, module
 from lfssao.ao import ssao
 from lfssao.ao.estimators import neighbours
 from lfssao.ao.estimators.neighbours import DepthCache, nearest_modules
-from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.optics.view import KINDS, WorldToImage
 from lfssao.rendering.passes import render
 
 SAMPLE_A = find_display("sample-a")
-MODULES = "--display", "sample-a", "--modules", "9:13"
 
 
 @st.composite
@@ -136,44 +135,24 @@ def ball():
     return Mesh(shape.vertices, shape.faces)
 
 
-@pytest.fixture
-def command(tmp_path):
-    """The ball by the command line."""
-    mesh, shape = tmp_path / "ball.obj", ball()
-    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in shape.vertices.tolist()]
-    mesh.write_text("\n".join(lines + [f"f {a} {b} {c}" for a, b, c in (shape.faces + 1).tolist()]))
-    words = [str(mesh), "-o", str(tmp_path / "out"), "--resolution", "60x36", "--radii", "0.3"]
-    return lambda *more: main(["render", *words, *more])
-
-
-def test_command_and_library_render_what_the_pass_makes_of_the_nearest_modules(command, tmp_path):
-    assert command(*MODULES, "--neighbours", "2") == 0
+def test_command_and_library_render_what_the_pass_makes_of_the_nearest_modules(statue, tmp_path):
+    words = "--display", "sample-a", "--modules", "9:13", "--resolution", "60x36", "--radii", "0.3"
+    render_files(tmp_path, "statue", *words, "--neighbours", "2")
     display = SAMPLE_A.with_resolution(60, 36)
-    views = module_views(ball(), display)
-    caster = RayCaster(ball(), views[0].cast_from_world)
+    views = module_views(statue, display)
+    caster = RayCaster(statue, views[0].cast_from_world)
     seen = {k: caster.gbuffer(views[k]) for k in range(8, 14)}
-    made = render(ball(), display, Settings((0.3,), neighbours=2), range(9, 13))
+    made = render(statue, display, Settings((0.3,), neighbours=2), range(9, 13))
     for index, textures in zip(range(9, 13), made, strict=True):
         asked = [(views[k].world_to_image, seen[k].depth) for k in (index - 1, index + 1)]
         own = seen[index].depth, seen[index].positions, views[index].world_to_image
         expected = neighbours.algorithm2_with_neighbours(*own, asked, make_samples(), 0.3)
-        found = read_exr(tmp_path / "out" / f"module_{index:03d}.exr")["ao_1"].pixels[..., 0]
+        found = read_exr(tmp_path / f"module_{index:03d}.exr")["ao_1"].pixels[..., 0]
         assert_same_bits(found, expected.texture)
         assert_same_bits(textures.ao[0], expected.texture)
         assert textures.view.name == f"module_{index:03d}"
         assert (found < ssao.algorithm2(*own, make_samples(), 0.3).texture).any()
-    assert manifest_of(tmp_path / "out")["settings"]["neighbours"] == 2
-
-
-@pytest.mark.parametrize(("more", "words"), [
-    ([*MODULES, "--neighbours", "21"], "neighbours is 21: sample-a has 20 modules besides module 9"),
-    ([*MODULES, "--neighbours", "-1"], "-1 is not from 0"),
-    ([*MODULES, "--neighbours", "2", "--estimator", "hemisphere"], "neighbours are for estimator lf"),
-    (["--camera", "--neighbours", "1"], "--neighbours does not go with --camera"),
-])  # fmt: skip
-def test_what_has_no_neighbours_is_refused(command, capsys, more, words):
-    assert command(*more) == 2
-    assert words in capsys.readouterr().err
+    assert manifest_of(tmp_path)["settings"]["neighbours"] == 2
 
 
 def test_depths_are_cast_once_as_long_as_they_are_kept():

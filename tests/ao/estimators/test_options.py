@@ -70,18 +70,6 @@ def test_all_estimators_are_listed(capsys):
             assert line.strip().startswith(f"{parameter}={value}: {entry.said('meaning')[parameter]}")
 
 
-@pytest.mark.parametrize(("options", "said"), [
-    (["--estimator", "best"], "--estimator: there is no estimator 'best'"),
-    (["--parameter", "sigma"], "--parameter: 'sigma' is not NAME=VALUE"),
-    (["--parameter", "sigma=2"], "--parameter: estimator lf has no parameter 'sigma'"),
-    (["--sampling", "best"], "--sampling: there is no sampling"),
-])  # fmt: skip
-def test_wrong_options_are_said_before_anything_is_done(tmp_path, capsys, options, said):
-    assert main([*SMALL, "-o", str(tmp_path / "out"), *options]) == 2
-    assert said in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
 def test_the_default_imports_no_other_estimator_and_none_of_its_kernels(tmp_path):
     script = "import sys, lfssao.cli.main; assert lfssao.cli.main.main(sys.argv[1:]) == 0; print(*sys.modules)"
     loaded = python("-c", script, *SMALL, "-o", tmp_path / "out").stdout.split()

@@ -3,6 +3,7 @@
 import json
 import math
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ from hypothesis import strategies as st
 from jobs import digests_of, manifest_of, render
 from PIL import Image, ImageSequence
 
-import lfssao.rendering.run
 from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
@@ -133,53 +133,39 @@ def test_files_that_are_no_files(tmp_path):
 
 @pytest.fixture(scope="module")
 def animated(tmp_path_factory):
-    """Two frames in place, one moved after each; trees that were built."""
+    """Two frames in place, one moved after each."""
     folder = tmp_path_factory.mktemp("frames")
     shifted = np.eye(4)
     shifted[0, 3], shifted[2, 3] = 0.25, -0.125
     (folder / "path.json").write_text(json.dumps([IDENTITY, shifted.tolist(), IDENTITY, shifted.tolist()]))
-    built = []
-
-    class Counting(RayCaster):
-        def __init__(self, *arguments):
-            built.append(1)
-            super().__init__(*arguments)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(lfssao.rendering.run, "RayCaster", Counting)
-        render(folder / "out", *SMALL, "--frames", str(folder / "path.json"))
-    return folder / "out", read_transforms(folder / "path.json"), len(built)
+    render(folder / "out", *SMALL, "--frames", str(folder / "path.json"))
+    return folder / "out", read_transforms(folder / "path.json")
 
 
-def test_trees_are_built_where_the_scene_has_moved(animated):
-    assert animated[2] == 4
-    seconds = [manifest_of(animated[0] / f"frame_000{k}")["seconds"]["passes"]["build_bvh"] for k in range(4)]
-    assert min(seconds) > 0
-
-
-def test_trees_are_kept_where_the_scene_stays(tmp_path):
+def test_trees_are_built_where_the_scene_has_moved_and_kept_where_it_stays(tmp_path):
     mesh = builtin_scene("ammonite")
     views = tuple(module_views(mesh, find_display("sample-a").with_resolution(32, 24), range(2)))
     still, moved_once = np.eye(3, 4), np.eye(3, 4) + np.eye(3, 4, 3)
-    transforms, boxes = (still, still.copy(), moved_once), (mesh.bounds,) * 3
+    transforms, boxes = (still, still.copy(), moved_once, still), (mesh.bounds,) * 4
     job = Job(mesh, views, Settings((0.05,)), tmp_path, {"display": None}, ((), ()), boxes, transforms)
     renderer = Renderer(job, 1)
-    first, *others = [renderer.prepare(item) for item in job.items()]
-    assert [caster is first for caster in others] == [True, True, True, False, False]
+    casters = [renderer.prepare(item) for item in job.items()]
+    assert [one is next_ for one, next_ in pairwise(casters)] == [True, True, True, False, True, False, True]
 
 
 def test_frames_are_folders_with_all_that_a_still_has(animated):
-    folder, transforms, _ = animated
+    folder, transforms = animated
     assert sorted(path.name for path in folder.iterdir()) == ["animation.png", *(f"frame_000{k}" for k in range(4))]
     for k in range(4):
         names = sorted(path.name for path in (folder / f"frame_000{k}").iterdir())
         assert names == ["contact.png", "manifest.json", "module_009.exr", "module_010.exr"]
-        frame = manifest_of(folder / f"frame_000{k}")["frame"]
-        assert frame == {"number": k, "count": 4, "world_from_scene": transforms[k].tolist()}
+        manifest = manifest_of(folder / f"frame_000{k}")
+        assert manifest["frame"] == {"number": k, "count": 4, "world_from_scene": transforms[k].tolist()}
+        assert manifest["seconds"]["passes"]["build_bvh"] > 0
 
 
 def test_the_animation_shows_each_frames_last_picture_of_the_sheet(animated):
-    folder, _, _ = animated
+    folder, _ = animated
     with Image.open(folder / "animation.png") as moving:
         shown = [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(moving)]
     assert len(shown) == 4
@@ -193,7 +179,7 @@ def test_the_animation_shows_each_frames_last_picture_of_the_sheet(animated):
 
 
 def test_each_frame_shows_the_moved_mesh_through_the_same_views(animated):
-    folder, transforms, _ = animated
+    folder, transforms = animated
     mesh = builtin_scene("ammonite")
     bounds = swept_bounds(frame_bounds(mesh, transforms))
     settings = Settings((0.05, 0.1))
@@ -223,7 +209,7 @@ def test_a_frame_is_read_like_a_still(animated, capsys):
 
 
 def test_frames_go_on_where_they_were_interrupted(animated, tmp_path):
-    folder, _, _ = animated
+    folder, _ = animated
     before = [digests_of(folder / f"frame_000{k}") for k in range(4)]
     (folder / "frame_0002" / "module_009.exr").unlink()
     (folder / "frame_0002" / "manifest.json").unlink()

@@ -233,15 +233,15 @@ def test_extreme_meshes_give_textures_without_nan(tmp_path, capsys):
 
 
 def test_a_scene_too_far_from_the_origin_is_refused(tmp_path, capsys):
-    """At 1e6 float32 positions are 0.06 apart: a texel of 1 / 16 knows its place, one of 1 / 64 does not."""
+    """At 1e6 float32 positions are 1 / 16 apart: a texel that is wider knows its place, one that is narrower not."""
     corners = "v 1e6 0 0\nv 1000001 0 0\nv 1e6 1 0\nf 1 2 3\n"
     (tmp_path / "a.obj").write_text(corners)
     for more in (["--display", "virtual"], ["--camera"]):
         job = [str(tmp_path / "a.obj"), *more, "--radii", "10%", "--resolution"]
-        render(tmp_path / "out", *job, "64x64", code=2)
+        render(tmp_path / "out", *job, "24x24", code=2)
         assert "the scene is 1 large and reaches 1e+06 from the world's origin" in sentence(capsys)
         assert not (tmp_path / "out").exists()
-        render(tmp_path / "out", *job, "12x12")
+        render(tmp_path / "out", *job, "16x16")
         capsys.readouterr()
         shutil.rmtree(tmp_path / "out")
 

@@ -13,7 +13,7 @@ from reference import raycast
 from lfssao import Camera, InputError, Module, WorldToImage, find_display
 from lfssao.optics import lens as optics
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.optics.view import check_positions, seen_rows
+from lfssao.optics.view import seen_rows
 
 CAMERA = Camera("perspective", (1.0, 2.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 2.0, 1.0, 9.0)
 
@@ -24,13 +24,6 @@ def test_mappings_beyond_float32_are_refused(factor):
     assert mapping.as_type(np.float64).numbers[0] == factor
     with pytest.raises(InputError, match="leaves the range of float32: scale the world"):
         mapping.as_type(np.float32)
-
-
-def test_scenes_too_far_from_the_origin_are_refused():
-    box = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
-    check_positions(box + 2.0**22, texels_per_unit=1.0)
-    with pytest.raises(InputError, match=r"the scene is 1 large and reaches 8.*e\+06 from the world's origin"):
-        check_positions(box + 2.0**23, texels_per_unit=1.0)
 
 
 # Mappings of one's own

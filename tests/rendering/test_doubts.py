@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lfssao
-from lfssao import Camera, LightField, Settings, display_names, display_text, find_display
+from lfssao import Camera, Settings, display_names, display_text, find_display
 from lfssao.cli.main import main
 from lfssao.errors import InputWarning
 from lfssao.rendering.doubts import subpixel_radii
@@ -102,12 +102,6 @@ def test_an_eye_that_no_light_reaches(said, tmp_path, capsys):
     words = ["view", str(tmp_path / "made"), "--width", "9", "--eye-x"]
     assert main([*words, "50"]) == 0
     assert capsys.readouterr().err == "lfssao: display sample-a: no module's light goes to an eye at x = 50\n"
-    field = LightField(find_display("sample-a").with_resolution(2, 2), range(21))
-    for k in range(21):
-        field.put(k, np.ones((2, 2, 3), np.float32))
-    with pytest.warns(InputWarning, match="no module's light goes to an eye at x = -50"):
-        assert field.photograph(-50.0, 9).dark == 9 * 5
-    assert field.photograph(0.0, 9).dark == 0
 
 
 def test_textures_of_another_job_in_the_folder(said, tmp_path):

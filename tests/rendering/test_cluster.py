@@ -193,13 +193,6 @@ def test_a_local_scheduler_answers_nobody_else_and_shows_no_pages():
 # In this process
 
 
-@pytest.mark.parametrize("threads", [1, 2, 4])
-def test_overlapped_files_are_the_same_and_come_in_order(local, tmp_path, threads):
-    job = job_in(tmp_path, 6)
-    results = list(run_here(Renderer(job, threads), job.items(), threads, threads + 1))
-    assert textures_of(results) == local[:6]
-
-
 class Untouched:
     """A view's textures, of which only their number is told apart."""
 

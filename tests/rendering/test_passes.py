@@ -1,4 +1,4 @@
-"""Layers beside depth and positions: normals, colour filters, and the guard band around every texture."""
+"""Layers that are asked for: which are made, kept, written, compared and taken up again."""
 
 import shutil
 
@@ -7,45 +7,10 @@ import pytest
 from exr_parts import read_parts, write_parts
 from jobs import digests_of, manifest_of, render, sentence
 
-from lfssao import Buffers, Mesh, RayCaster, Settings, estimate, find_display, make_samples, module_views, render_view
+from lfssao import Buffers, RayCaster, Settings, estimate, find_display, module_views, render_view
 from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.rendering.settings import LAYERS
-
-
-def test_a_guard_band_lets_occluders_outside_be_seen():
-    # A floor towards the viewer and a wall that only the guard band sees.
-    display = find_display("virtual").with_resolution(64, 48)
-    floor = np.array([[-0.6, -0.5, 0.0], [0.6, -0.5, 0.0], [0.6, 0.5, 0.0], [-0.6, 0.5, 0.0]])
-    wall = floor + np.array([1.12, 0.0, 0.06])
-    mesh = Mesh(np.concatenate([floor, wall]), np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]))
-    world = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 0]])
-    settings = Settings((0.1,), make_samples("latin", 64), blur=0)
-    plain, banded = display.view(0, world), display.view(0, world, 16)
-    caster = RayCaster(mesh, world)
-    without, with_band = render_view(caster, plain, settings), render_view(caster, banded, settings)
-    assert with_band.ao[0].shape == without.ao[0].shape == (48, 64)
-    assert with_band.outside[0] < without.outside[0]
-    assert (with_band.ao[0][10:-10, 10:50] == without.ao[0][10:-10, 10:50]).all()
-    assert with_band.ao[0][:, 60:].sum() > without.ao[0][:, 60:].sum()
-
-
-def test_exr_windows_say_where_the_guard_band_is(tmp_path):
-    words = ["--resolution", "32x24", "--guard", "5", "--normals", "--samples", "2", "--radii", "2%"]
-    render(tmp_path, "statue", *words)
-    found = {}
-    for spec, _ in read_parts(tmp_path / "module_000.exr"):
-        found[spec.get_string_attribute("name")] = (
-            (spec.x, spec.y, spec.width, spec.height), (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
-        )  # fmt: skip
-    banded = {"depth", "positions", "color", "normals"}
-    assert banded < set(found)
-    for name, (data, shown) in found.items():
-        assert shown == (0, 0, 32, 24)
-        assert data == ((-5, -5, 42, 34) if name in banded else (0, 0, 32, 24))
-
-
-# Layers that are asked for
 
 PASS_OF = {"ao": "ao", "merged": "merge", "blurred": "blur", "shaded": "shade"}
 NEEDED = {  # by hand: what each layer is made of

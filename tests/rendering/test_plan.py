@@ -69,13 +69,13 @@ def placed(box, size, moved):
 
 
 # Places of the scene in the texture: all over it, in a corner, across its border, beside it.
-PLACES = {"fitted": (1, (0, 0, 0)), "corner": (4, (1, 1, 0.3)), "border": (3, (-1.5, 0, 0)), "beside": (3, (40, 0, 0))}
+PLACES = {"fitted": (1, (0, 0, 0)), "corner": (4, (1, 1, 0.3)), "border": (2, (0, -1.2, 0)), "beside": (3, (40, 0, 0))}
 
 
 @pytest.mark.parametrize("name", display_names())
 @pytest.mark.parametrize("place", PLACES)
 def test_displays_of_every_kind(statue, name, place):
-    display, guard = find_display(name).with_resolution(48, 36), 5 * (place == "corner")
+    display, guard = find_display(name).with_resolution(48, 36), 5 * (place in ("corner", "border"))
     views = module_views(statue, display, None, guard, placed(statue.bounds, *PLACES[place]))
     radii = 0.0, 2e-4, 0.05, 0.05, 0.2
     options = Settings(radii, blur=1.4, normals="smooth" if place == "border" else None)

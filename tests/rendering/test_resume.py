@@ -238,10 +238,6 @@ def test_a_finished_job_is_left_as_it_is(undisturbed, tmp_path):
     assert all(set(view["seconds"]) == {"verify"} for view in manifest_of(folder)["views"])
 
 
-def test_resume_begins_a_job_where_there_is_none(undisturbed, tmp_path):
-    check_resumes(tmp_path / "new" / "out", undisturbed)
-
-
 def flip(path):
     """Change one bit of a file's pixels but not their length: reading may or may not notice."""
     data = bytearray(path.read_bytes())

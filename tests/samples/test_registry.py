@@ -89,12 +89,6 @@ def test_the_spiral_is_equations_6_and_7():
         )
 
 
-def test_the_constants_of_the_lattices():
-    assert int(square.GOLDEN) == reference.GOLDEN
-    assert square.R2.tolist() == reference.ROBERTS[2]
-    assert square.R3.tolist() == reference.ROBERTS[3]
-
-
 def test_sequences_are_those_of_scipy_before_they_are_scrambled():
     halton = [[reference.fraction(reference.halton_digits(k, a), (2, 3, 5)[a]) for a in range(3)] for k in range(500)]
     np.testing.assert_allclose(halton, qmc.Halton(3, scramble=False).random(500), atol=5e-10)

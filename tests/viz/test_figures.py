@@ -75,12 +75,6 @@ def test_the_fraction_of_occluded_samples_is_what_algorithm_2_writes(seen, statu
 # Errors of samplers
 
 
-def test_a_power_law_has_its_exponent():
-    counts = np.array([4, 8, 16])
-    found = samplers.SamplingError(counts, {"a": 3.0 * counts**-0.7}, "")
-    assert found.slope("a") == pytest.approx(-0.7)
-
-
 def test_the_error_of_the_reference_itself_is_none_and_random_falls_as_a_root(seen, statue):
     """Independent samples err by sqrt(p (1 - p) / n). The exponent of 16 seeds is off by 0.1 in one run of 20."""
     buffers = lfssao.Buffers.of(seen[1], seen[0])

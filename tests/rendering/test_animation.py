@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 from jobs import digests_of, manifest_of, render
@@ -27,10 +28,8 @@ from lfssao.scene.builtin import builtin_scene
 from lfssao.scene.mesh import Mesh
 
 BOX = np.array([[-1.0, 0.0, 2.0], [3.0, 5.0, 4.0]])
-CUBE = Mesh(
-    np.array([[x, y, z] for x in (-1.0, 3.0) for y in (0.0, 5.0) for z in (2.0, 4.0)]),
-    np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]], np.int32),
-)
+SOLID = trimesh.creation.box(bounds=BOX)
+CUBE = Mesh(SOLID.vertices, SOLID.faces)
 SMALL = ["ammonite", "--display", "sample-a", "--modules", "9:11", "--resolution", "32x24", "--radii", "0.05,0.1"]
 
 

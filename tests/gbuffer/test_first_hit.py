@@ -93,15 +93,12 @@ def test_every_triangle_is_in_one_leaf_and_in_all_boxes_above(n):
     assert tree.boxes.shape == (2 * leaves - 1, 6)
     assert sorted(tree.order) == list(range(n))
     assert tree.place_of[tree.order].tolist() == list(range(n))
-    for place, face in enumerate(tree.order):
-        np.testing.assert_array_equal(tree.corners[place], vertices[faces[face]].ravel())
-        node = leaves - 1 + place // bvh.LEAF
-        while True:
-            assert (tree.boxes[node, :3] < vertices[faces[face]]).all()
-            assert (tree.boxes[node, 3:] > vertices[faces[face]]).all()
-            if node == 0:
-                break
-            node = (node - 1) // 2
+    corners, nodes = vertices[faces[tree.order]], leaves - 1 + np.arange(n) // bvh.LEAF
+    np.testing.assert_array_equal(tree.corners, corners.reshape(n, 9))
+    for _ in range(leaves.bit_length()):  # from the leaves up to the root
+        assert (tree.boxes[nodes, None, :3] < corners).all()
+        assert (tree.boxes[nodes, None, 3:] > corners).all()
+        nodes = (nodes - 1) // 2
     np.testing.assert_allclose(tree.boxes[0], [*vertices.min(axis=0), *vertices.max(axis=0)], atol=1e-11)
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from jobs import NEEDS_EMBREE
 from reference import truth
 
-from lfssao import Buffers, Camera, InputError, Mesh, RayCaster, builtin_scene, find_display, module_views
+from lfssao import Buffers, Camera, InputError, Mesh, RayCaster, find_display, module_views
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate
 from lfssao.ao.ground_truth import FALLOFFS, INTERSECTORS, WEIGHTINGS, Occluders, ray_cast_occlusion
 from lfssao.samples import make_samples, sample_set
@@ -162,16 +162,15 @@ def test_threads_and_seeds(through):
 
 
 @NEEDS_EMBREE
-def test_on_a_real_mesh_no_ray_meets_the_surface_that_it_begins_on():
+def test_on_a_real_mesh_no_ray_meets_the_surface_that_it_begins_on(statue):
     """The statue's positions are float32: with rays that begin on them about half of a flat face would be covered."""
-    mesh = builtin_scene("statue")
-    view = module_views(mesh, find_display("virtual").with_resolution(24, 18))[0]
-    seen = Buffers.of(RayCaster(mesh, view.cast_from_world).gbuffer(view, None, "geometric"), view)
-    made = ray_cast_occlusion(Occluders(mesh), seen, 1e-2, rounds=(2, 2))
+    view = module_views(statue, find_display("virtual").with_resolution(24, 18))[0]
+    seen = Buffers.of(RayCaster(statue, view.cast_from_world).gbuffer(view, None, "geometric"), view)
+    made = ray_cast_occlusion(Occluders(statue), seen, 1e-2, rounds=(2, 2))
     there = seen.depth < np.inf
     assert np.median(made.texture[there]) == 0
     assert made.texture.max() > 0.1
-    flawed = ray_cast_occlusion(Occluders(mesh), seen, 1e-2, rounds=(2, 2), offset=0.0)
+    flawed = ray_cast_occlusion(Occluders(statue), seen, 1e-2, rounds=(2, 2), offset=0.0)
     assert flawed.texture[there].mean() > made.texture[there].mean()
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lfssao import InputError, Settings, builtin_scene, default_radii
+from lfssao import InputError, Settings, default_radii
 from lfssao.rendering.settings import LAYERS
 
 
@@ -18,10 +18,9 @@ def test_layers_that_are_kept_and_normals_that_they_need():
     assert asked.normals == "geometric"
 
 
-def test_default_radii_are_fractions_of_the_diagonal():
-    mesh = builtin_scene("statue")
-    diagonal = np.linalg.norm(mesh.bounds[1] - mesh.bounds[0])
-    assert default_radii(mesh) == pytest.approx([f * diagonal for f in (0.01, 0.02, 0.035, 0.06, 0.1)])
+def test_default_radii_are_fractions_of_the_diagonal(statue):
+    diagonal = np.linalg.norm(statue.bounds[1] - statue.bounds[0])
+    assert default_radii(statue) == pytest.approx([f * diagonal for f in (0.01, 0.02, 0.035, 0.06, 0.1)])
 
 
 @pytest.mark.parametrize(("wrong", "words"), [

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from lfssao import GBuffer, Occlusion, Photograph, RayCaster, Settings, builtin_scene, find_display, render_view
+from lfssao import GBuffer, Occlusion, Photograph, RayCaster, Settings, find_display, render_view
 from lfssao.core import pictures
 from lfssao.rendering.settings import diagonal
 from lfssao.rendering.views import module_views
@@ -21,11 +21,10 @@ def shown(thing):
 
 
 @pytest.fixture(scope="module")
-def textures():
-    mesh = builtin_scene("statue")
-    view = module_views(mesh, DISPLAY)[10]
-    settings = Settings((0.05 * diagonal(mesh),), normals="geometric")
-    return render_view(RayCaster(mesh, view.cast_from_world), view, settings)
+def textures(statue):
+    view = module_views(statue, DISPLAY)[10]
+    settings = Settings((0.05 * diagonal(statue),), normals="geometric")
+    return render_view(RayCaster(statue, view.cast_from_world), view, settings)
 
 
 def test_occlusion_is_shown_as_visibility():

@@ -130,20 +130,6 @@ def test_what_would_change_bits_is_refused(tmp_path, part, words):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_failing_write_leaves_the_old_file_alone(tmp_path, monkeypatch):
-    path = tmp_path / "a.exr"
-    path.write_bytes(b"old")
-
-    def fail(_):
-        raise OSError(5, "Input/output error")
-
-    monkeypatch.setattr(os, "fsync", fail)
-    with pytest.raises(InputError, match=r"a\.exr: it cannot be written \(Input/output error\)"):
-        write_exr(path, parts_of())
-    assert [file.name for file in tmp_path.iterdir()] == ["a.exr"]
-    assert path.read_bytes() == b"old"
-
-
 @pytest.mark.parametrize("lost", [1, 100, 2000])
 def test_an_end_that_is_lost_while_the_file_is_closed_is_missed(tmp_path, monkeypatch, lost):
     """As OpenEXR loses it on a full disk, without an error."""

@@ -15,7 +15,6 @@ from reference.passes import blur_table
 import lfssao
 from lfssao.cli.main import main
 from lfssao.gbuffer.embree import embree_installed
-from lfssao.rendering import exr
 
 TEXTURES = {
     "shaded": ("R", "G", "B"), "depth": ("Z",), "positions": ("P.X", "P.Y", "P.Z"),
@@ -201,19 +200,6 @@ def test_contact_sheet_shows_the_three_pictures(folder):
     for column, wanted in enumerate(map(encoded, (color, visibility, shaded))):
         shown = sheet[22 + down[:, None], 12 + column * 492 + right]
         np.testing.assert_allclose(shown, wanted, rtol=0, atol=0.51 + 1e-3)
-
-
-def test_a_first_write_that_fails_leaves_neither_files_nor_folders(tmp_path, monkeypatch, capsys):
-    real = exr.write_parts
-
-    def fail(path, parts):
-        real(path, parts)
-        raise OSError(5, "Input/output error")
-
-    monkeypatch.setattr(exr, "write_parts", fail)
-    render(tmp_path / "new" / "out", *COMMAND, "--threads", "1", code=2)
-    assert "module_003.exr: it cannot be written" in sentence(capsys)
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("name", ["module_000.exr", "contact.png", "manifest.json"])

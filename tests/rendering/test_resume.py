@@ -18,7 +18,7 @@ import pytest
 from exr_parts import read_parts, write_parts
 from jobs import NEEDS_EMBREE, digests_of, manifest_of, render, sentence
 
-import lfssao.rendering.run
+import lfssao
 from lfssao.core.files import _namespace, remove_leftovers
 from lfssao.errors import InputError
 from lfssao.rendering.exr import Part, write_exr
@@ -146,12 +146,6 @@ def small_disk(folder, size):
         subprocess.run(["umount", "--lazy", str(folder)], check=True)
 
 
-def remount(folder, option):
-    """True once it took effect: while a file is being written a file system cannot become read-only."""
-    done = subprocess.run(["mount", "-o", f"remount,{option}", str(folder)], capture_output=True, check=False)
-    return done.returncode == 0
-
-
 def test_every_amount_of_room_gives_a_whole_file_or_an_error(tmp_path):
     """The last bytes, written when the file is closed, must not be lost either."""
     random_ = np.random.default_rng(3)
@@ -175,39 +169,6 @@ def test_every_amount_of_room_gives_a_whole_file_or_an_error(tmp_path):
             source.close()
             os.unlink(disk / "a.exr")
     assert 0 < failed < 30
-
-
-@contextmanager
-def lockable(folder):
-    """A folder, and a call that makes it unwritable or writable, for root too, whom permissions do not stop."""
-    if os.geteuid() == 0:
-        with small_disk(folder, "4m") as disk:
-            yield disk, lambda writable: remount(disk, "rw" if writable else "ro")
-    else:
-        folder.mkdir()
-        yield folder, lambda writable: folder.chmod(0o755 if writable else 0o555) is None
-
-
-def test_folder_becomes_unwritable(undisturbed, tmp_path, monkeypatch, capsys):
-    with lockable(tmp_path / "disk") as (disk, lock):
-        real, written = lfssao.rendering.run.write_view, []
-
-        def write_view(*arguments):
-            if len(written) == 2:
-                assert lock(False)
-            written.append(arguments)
-            return real(*arguments)
-
-        monkeypatch.setattr(lfssao.rendering.run, "write_view", write_view)
-        run(disk, "--threads", "1", code=2)
-        assert f"{disk / FILES[2]}: it cannot be written" in capsys.readouterr().err
-        assert check_whole_or_absent(disk, undisturbed) == 2
-        run(disk, "--resume", code=2)  # and it cannot go on either
-        assert "cannot be written" in capsys.readouterr().err
-        assert check_whole_or_absent(disk, undisturbed) == 2
-        assert lock(True)
-        monkeypatch.undo()
-        check_resumes(disk, undisturbed)
 
 
 # Ctrl-C

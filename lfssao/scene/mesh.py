@@ -1,6 +1,7 @@
 """A triangle mesh with its diffuse colour, checked once when it is made."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -113,7 +114,7 @@ class Mesh:
         object.__setattr__(self, "faces", np.ascontiguousarray(faces[keep], np.int32))
         object.__setattr__(self, "degenerate", self.degenerate + dropped)
 
-    @property
+    @cached_property  # a job asks 15 times: a tenth of a second of the default one's 6
     def bounds(self) -> FloatArray:
         """Smallest and largest world coordinates of the vertices that faces use, (2, 3) float64."""
         return used_bounds(self.vertices, self.faces)

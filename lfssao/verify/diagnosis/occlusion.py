@@ -83,7 +83,7 @@ class Occlusion(Problem):
             (c, s), (x, y, z) = self.turns[..., None], np.moveaxis(offsets, -1, 0)
             s = self.way * s
             offsets = np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
-            sizes = 4 * np.linalg.norm(offsets, axis=-1, keepdims=True)  # products may be larger than their sum
+            sizes = 4 * np.linalg.norm(self.radius * self.samples, axis=1, keepdims=True)  # products exceed their sum
         if self.normals is not None:
             below = self.side * np.einsum("ksc,kc->ks", offsets, self.normals) < 0
             offsets = np.where(below[..., None], -offsets, offsets)

@@ -214,8 +214,11 @@ class Search:
             return _ranked(trials, self._without)  # a change with values would come after it
         graded = [self._on_grid(change) for change in changes if change.grids]
         graded.sort(key=lambda trial: trial.cost)
-        refined = [self._refined(trial) for trial in graded[:_REFINED]]
-        return _ranked([*trials, *refined, *graded[_REFINED:]], self._without)
+        for number, trial in enumerate(graded[:_REFINED]):
+            graded[number] = self._refined(trial)
+            if len(trial.values) == 1 and 1.0 - graded[number].share <= _NEARLY * (1.0 - self._without):
+                break  # another change explains no more
+        return _ranked([*trials, *graded], self._without)
 
     def _on_grid(self, change: Change) -> Found:
         """The change with the best values of its grid."""

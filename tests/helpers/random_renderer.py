@@ -65,7 +65,7 @@ class Arithmetic:
             coin = self.rng.random(x.shape) < 0.5
             down = (mode == 0) | ((mode == 3) & coin)
             away = (near != x) & (mode != 2) & ((near > x) == down)  # on the other side than it should be
-            near = np.where(away, np.nextafter(near, np.where(down, np.float32(-np.inf), np.float32(np.inf))), near)
+            np.nextafter(near, np.where(down, np.float32(-np.inf), np.float32(np.inf)), out=near, where=away)
         return self.flush(near.astype(np.float64))
 
     def within(self, x, ulps):

@@ -33,14 +33,10 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: {"generic_cpu", "kit"}.isdisjoint(item.fixturenames))
 
 
-@pytest.fixture(scope="session")
-def generic_cpu(tmp_path_factory):
-    """The environment that tells a process to compile for a CPU without extensions; all of a run share the code."""
-    folder = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        folder = folder.parent
-    generic = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
-    return {**generic, "NUMBA_NUM_THREADS": "2", "NUMBA_CACHE_DIR": str(folder / "generic_cpu")}
+@pytest.fixture
+def generic_cpu():
+    """The environment that tells a process to compile for a CPU without extensions."""
+    return {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "NUMBA_NUM_THREADS": "2"}
 
 
 @pytest.fixture(scope="session")

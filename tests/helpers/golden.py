@@ -104,7 +104,11 @@ def digests_of(textures):
     return {**found, "outside": [int(count) for count in textures.outside]}
 
 
+def made(groups=()):
+    """The digests of the textures of some groups, or of all."""
+    return {group: {name: digests_of(seen) for name, seen in GROUPS[group]()} for group in groups or GROUPS}
+
+
 if __name__ == "__main__":
-    made = {group: {name: digests_of(seen) for name, seen in GROUPS[group]()} for group in sys.argv[1:] or GROUPS}
-    json.dump(made, sys.stdout, indent=1)
+    json.dump(made(sys.argv[1:]), sys.stdout, indent=1)
     print()

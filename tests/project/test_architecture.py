@@ -16,6 +16,7 @@ from pathlib import Path
 import batch
 import numba
 import pytest
+from golden import GOLDEN
 from jobs import python
 
 import lfssao
@@ -283,13 +284,14 @@ def test_all_names_resolve_and_are_described():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("group", batch.GROUPS)
-def test_results_do_not_depend_on_threads_or_cpu(generic_cpu, group):
+def test_results_do_not_depend_on_threads_or_cpu(generic_cpu):
     """One and two threads, on this CPU's best instructions and on those that every CPU of its kind has."""
-    one_generic, two_generic = json.loads(python(batch.__file__, group, **generic_cpu).stdout)
-    one = batch.digests(group, 1)
-    most = batch.digests(group, numba.config.NUMBA_NUM_THREADS)
-    assert len(one) >= 6
-    assert one == most
-    assert one == one_generic
-    assert one == two_generic
+    generic = json.loads(python(batch.__file__, **generic_cpu).stdout)
+    assert generic.pop("golden") == json.loads(GOLDEN.read_text())
+    for group, (one_generic, two_generic) in generic.items():
+        one = batch.digests(group, 1)
+        most = batch.digests(group, numba.config.NUMBA_NUM_THREADS)
+        assert len(one) >= 6
+        assert one == most
+        assert one == one_generic
+        assert one == two_generic

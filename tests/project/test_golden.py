@@ -6,10 +6,8 @@ right. ``python tests/helpers/golden.py`` prints them anew; they change only in 
 
 import json
 
-import golden
 import pytest
 from golden import GOLDEN, GROUPS, digests_of
-from jobs import python
 
 
 @pytest.mark.filterwarnings("ignore:radius 1e-07 is less than half a texel")
@@ -21,8 +19,3 @@ def test_no_texture_changes(group):
     for name, textures in found.items():
         different = [layer for layer in expected[name] if textures.get(layer) != expected[name][layer]]
         assert textures == expected[name], f"{name}: {', '.join(different)}"
-
-
-@pytest.mark.slow
-def test_two_threads_of_a_processor_without_extensions_make_the_same_textures(generic_cpu):
-    assert json.loads(python(golden.__file__, **generic_cpu).stdout) == json.loads(GOLDEN.read_text())

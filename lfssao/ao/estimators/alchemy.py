@@ -55,7 +55,7 @@ def alchemy(
     """Return 1 - A on points of the positions texture around each texel; points: (s, 2) taps; weights are not read."""
     depth, dtype, view = buffers.depth, buffers.depth.dtype.type, buffers.view
     assert buffers.normals is not None  # the registry has seen to it
-    turns = turns_of(buffers)  # before directions: angles take memory on the way
+    turns = turns_of(buffers)
     textures = depth, buffers.positions, buffers.normals, buffers.directions
     seen = kernels.Seen(*(np.ascontiguousarray(texture).ravel() for texture in textures))
     with np.errstate(over="ignore"):  # a very large epsilon or sigma is infinite
@@ -87,7 +87,7 @@ ENTRIES = (
         integrand=("uniform", "linear"),
         count=12,
         normals=True,
-        texel_bytes=24,  # with turns of its own, where the buffers have none
+        texel_bytes=24,
         turns=True,
         rotation="sao-hash",
     ),

@@ -20,16 +20,13 @@ BACKGROUNDS = "open", "occludes"  # of a sample that looks at background
 Run = Callable[..., Occlusion]
 
 
-def flat_turns(buffers: Buffers) -> Texture | None:
-    """The turns of a view's samples as the kernels take them, (2, H * W), or None."""
-    return None if buffers.turns is None else np.ascontiguousarray(buffers.turns).reshape(2, -1)
-
-
 def turns_of(buffers: Buffers) -> Texture:
-    """The same with those of angle 0 where there are no turns."""
-    turns = flat_turns(buffers.turned("none") if buffers.turns is None else buffers)
-    assert turns is not None
-    return turns
+    """The turns of a view's samples as the kernels take them, (2, H * W): those of angle 0 where there are none."""
+    if buffers.turns is not None:
+        return np.ascontiguousarray(buffers.turns).reshape(2, -1)
+    still = np.zeros((2, buffers.depth.size), buffers.depth.dtype)
+    still[0] = 1
+    return still
 
 
 def option(
@@ -76,7 +73,7 @@ class Estimator:
     integrand: tuple[str, str] = ("uniform", "cubic")
     whole_ball: bool = False  # whether a plane hides half: 2 max(0, ao - 1/2) is occlusion of the half space
     # Bytes a texel of the float32 textures that it has in memory at once: what it makes, what it returns and what is
-    # kept with the view, the most over all views and parameters.
+    # kept with the view, the most over all views and parameters, samples that do not turn.
     texel_bytes: int = 4
     turns: bool = False  # whether its samples may turn from texel to texel (``Buffers.turns``)
     rotation: str = "none"  # how they do by default, a name of ``lfssao.samples.ROTATIONS``

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, Options, flat_turns, option
+from lfssao.ao.estimators.estimator import Estimator, Options, option, turns_of
 from lfssao.ao.estimators.kernels.horizon import Horizons, horizon_occlusion
 from lfssao.ao.estimators.vo.local_frame import disk_mirrors, seen_surface
 from lfssao.ao.ssao import Occlusion, run_kernel
@@ -49,7 +49,7 @@ class HorizonOptions(Options):
 def hbao(buffers: Buffers, radius: float, points: None, weights: None, options: HorizonOptions) -> Occlusion:
     """Return horizon-based AO; it takes no samples."""
     dtype = buffers.depth.dtype
-    fan, turns = fan_of(options, dtype), flat_turns(buffers)
+    fan, turns = fan_of(options, dtype), turns_of(buffers)
     return run_kernel(horizon_occlusion, buffers.depth, seen_surface(buffers), fan, turns, dtype.type(radius))
 
 
@@ -73,7 +73,7 @@ ENTRIES = (
         integrand=("uniform", "quadratic"),
         count=64,
         normals=True,
-        texel_bytes=20,
+        texel_bytes=28,
         turns=True,
     ),
 )

@@ -26,7 +26,7 @@ from math import sqrt
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, flat_turns, option
+from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, option, turns_of
 from lfssao.ao.estimators.kernels.oriented import ANY, NEAR, SMOOTH, Hemisphere, oriented_occlusion
 from lfssao.ao.estimators.vo.local_frame import seen_surface
 from lfssao.ao.ssao import Occlusion, run_kernel
@@ -62,7 +62,7 @@ def oriented_hemisphere(
     surface = seen.depth
     if options.background == "occludes":
         surface = np.where(surface < np.inf, surface, half.reach.dtype.type(-np.inf))
-    return run_kernel(oriented_occlusion, buffers.depth, seen, surface, half, flat_turns(buffers))
+    return run_kernel(oriented_occlusion, buffers.depth, seen, surface, half, turns_of(buffers))
 
 
 def half_ball(buffers: Buffers, radius: float, points: FloatArray, options: OrientedOptions) -> Hemisphere:
@@ -95,7 +95,7 @@ ENTRIES = (
         samples=lambda n: (make_samples("latin", n, r_min=0.0), None),
         count=64,
         normals=True,
-        texel_bytes=24,
+        texel_bytes=32,
         turns=True,
         rotation="hash",
     ),

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 from lfssao.ao import ssao
-from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, option
+from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, option, turns_of
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers
 from lfssao.samples import make_samples
@@ -96,7 +96,8 @@ def in_ball(
     remap = isinstance(options, PointOptions) and options.remap
     choices = kernels.Choices(reach, options.surface == "positions", remap)
     projection = buffers.view.world_to_image.as_type(dtype)
-    return run_kernel(kernels.occluded_fraction, depth, seen, above, offsets, projection, choices, buffers.turns)
+    turns = turns_of(buffers).reshape(2, *depth.shape)
+    return run_kernel(kernels.occluded_fraction, depth, seen, above, offsets, projection, choices, turns)
 
 
 _LF = Estimator(
@@ -126,7 +127,7 @@ ENTRIES = (
         run=partial(in_ball, half=False),
         run_radii=None,
         options=PointOptions,
-        texel_bytes=8,
+        texel_bytes=16,
     ),
     replace(
         _LF,
@@ -137,7 +138,7 @@ ENTRIES = (
         run=partial(in_ball, half=True),
         run_radii=None,
         options=HemisphereOptions,
-        texel_bytes=8,
+        texel_bytes=16,
         normals=True,
         whole_ball=False,
     ),

@@ -38,13 +38,13 @@ class Hemisphere(NamedTuple):
 def start_axes(seen, half, turns, first, n, slots):
     """The frame of n texels from number ``first`` on, times R; STEEP is NaN where a texel sees no surface.
 
-    t is c right + s up without its part along the normal, of length 1, and b = n x t. turns: (2, H * W) or None.
+    t is c right + s up without its part along the normal, of length 1, and b = n x t. turns: (2, H * W).
     """
     radius, right, up, one = half.radius, seen.right, half.up, type(half.radius)(1)
     load(seen.normals, first, n, slots, _NORMAL)
     for i in range(n):
         texel = first + np.uint64(i)
-        c, s = (one, one - one) if turns is None else (turns[0, texel], turns[1, texel])
+        c, s = turns[0, texel], turns[1, texel]
         nx, ny, nz = slots[slot(_NORMAL, i)], slots[slot(_NORMAL + 1, i)], slots[slot(_NORMAL + 2, i)]
         rx, ry, rz = c * right[0] + s * up[0], c * right[1] + s * up[1], c * right[2] + s * up[2]
         along = (nx * rx + ny * ry) + nz * rz

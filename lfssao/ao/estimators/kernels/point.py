@@ -149,7 +149,7 @@ def occluded_fraction(begin, stop, seen, normals, offsets, projection, choices, 
 
     normals: (3 H W,), unit world normals n, or None; with them an offset o with (o_x n_x + o_y n_y) + o_z n_z < 0 is
     replaced by -o. offsets: (n, 3), the samples relative to the point, world units. turns: (2, H, W), cosine and sine
-    by which each texel's samples are turned, or None. outside: (H,), out: samples of each row outside the texture or
+    by which each texel's samples are turned. outside: (H,), out: samples of each row outside the texture or
     the mapping's domain; they count as not occluded.
     """
     (height, width), (kind, m) = occlusion.shape, projection

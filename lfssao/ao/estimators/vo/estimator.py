@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from lfssao.ao import post
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, Run, flat_turns, option
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, Run, option, turns_of
 from lfssao.ao.estimators.vo.kernels import moments as kernels
 from lfssao.ao.estimators.vo.kernels.disks import FAR, area_occlusion, line_occlusion
 from lfssao.ao.estimators.vo.kernels.local_frame import Disk
@@ -125,7 +125,7 @@ def _at_radii(
     kernel: Callable[..., None], buffers: Buffers, radius: float, options: VolumeOptions, *view: Any, most: float = inf
 ) -> Occlusion:
     """Occlusion at R, or at R and a second radius together (VO section 6); most: thickness without end, in radii."""
-    one, turns = buffers.depth.dtype.type, flat_turns(buffers)
+    one, turns = buffers.depth.dtype.type, turns_of(buffers)
     radii = [radius] if options.second == 0 else [radius, options.second * radius]
     thick = [options.thickness / r if options.thickness > 0 < r else inf for r in radii]
     made = [
@@ -200,7 +200,7 @@ ENTRIES = (
         options=VolumeOptions,
         samples=partial(_samples, "ball"),
         count=12,
-        texel_bytes=32,
+        texel_bytes=40,
     ),
     *_pair(
         "vo-lines",
@@ -212,7 +212,7 @@ ENTRIES = (
         samples=partial(_samples, "disk"),
         dimensions=2,
         count=5,
-        texel_bytes=32,
+        texel_bytes=40,
     ),
     *_pair(
         "vo-area",
@@ -224,6 +224,6 @@ ENTRIES = (
         samples=partial(_samples, "disk", middle=True),
         dimensions=2,
         count=1,
-        texel_bytes=65,
+        texel_bytes=73,
     ),
 )

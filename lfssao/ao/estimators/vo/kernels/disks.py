@@ -47,7 +47,7 @@ def line_occlusion(begin, stop, seen, disk, turns, radius, thickness, occlusion,
     the complement in 2 z_s of VO's max(min(z_s, d_r) + z_s, 0), and of the sum of two such integrals with thickness.
     Each line's length is multiplied by its weight and the products are added from the first to the last.
 
-    turns: (2, H * W), cosine and sine by which each texel's samples are turned, or None. radius: R, world units.
+    turns: (2, H * W), cosine and sine by which each texel's samples are turned. radius: R, world units.
     thickness: T, in units of R, infinite where surfaces hide all that is behind them.
     occlusion: (H, W), out. outside: (H,), out: lines of each row that have no image or lie outside the texture; they
     are open.

@@ -151,7 +151,7 @@ def start_points(seen, first, n, missed, slots):
 def start_frames(seen, radius, mirrors, turns, j, first, n, slots):
     """LOOK, E1, E2, FIRST, SECOND and STEEP of n texels of row j from number ``first`` on; mirrors: as of ``Disk``.
 
-    turns: (2, H * W), cosines and sines, or None.
+    turns: (2, H * W), cosines and sines.
     """
     zero, one, nothing = type(radius)(0), type(radius)(1), type(radius)(np.nan)
     rx, ry, rz = seen.right[0], seen.right[1], seen.right[2]
@@ -165,9 +165,8 @@ def start_frames(seen, radius, mirrors, turns, j, first, n, slots):
         ax, ay, az = ax * scale, ay * scale, az * scale
         bx, by, bz = wy * az - wz * ay, wz * ax - wx * az, wx * ay - wy * ax
         c, s = mirrors[0, phase, i], mirrors[1, phase, i]
-        if turns is not None:
-            cosine, sine = turns[0, first + np.uint64(i)], turns[1, first + np.uint64(i)]
-            c, s = c * cosine + s * sine, s * cosine - c * sine
+        cosine, sine = turns[0, first + np.uint64(i)], turns[1, first + np.uint64(i)]
+        c, s = c * cosine + s * sine, s * cosine - c * sine
         ex, ey, ez = c * ax + s * bx, c * ay + s * by, c * az + s * bz
         fx, fy, fz = s * ax - c * bx, s * ay - c * by, s * az - c * bz
         slots[slot(E1, i)], slots[slot(E1 + 1, i)], slots[slot(E1 + 2, i)] = ex, ey, ez

@@ -67,26 +67,23 @@ def start_reach(seen, radius, thickness, first, n, slots):
 
 @kernel(inline=True)
 def place_in_ball(ends, radius, offsets, s, turns, first, n, slots):
-    """The mapping's rows of P + R o'' into PLACE, o'' offset s after its turn, if any, and its reflections.
+    """The mapping's rows of P + R o'' into PLACE, o'' offset s after its turn and its reflections.
 
     o' = o - 2 (o . r) r; o'' = o' - 2 (o' . n) n where o' . n < 0. ends: (n, 3, 4), those of ``transform_offsets``.
-    turns: (2, H * W), cosines and sines, or None.
+    turns: (2, H * W), cosines and sines.
     """
     (a, b, z), zero = (offsets[s, 0], offsets[s, 1], offsets[s, 2]), type(radius)(0)
-    rows = radius * ends[s, 2, 0], radius * ends[s, 2, 1], radius * ends[s, 2, 2], radius * ends[s, 2, 3]
     for i in range(n):
         texel = first + np.uint64(i)
         x, y = turned_offset(a, b, turns, turns, texel)
-        if turns is not None:
-            u, v = offset_row(ends, s, 0, turns, turns, texel), offset_row(ends, s, 1, turns, turns, texel)
-            q, w = offset_row(ends, s, 2, turns, turns, texel), offset_row(ends, s, 3, turns, turns, texel)
-            rows = radius * u, radius * v, radius * q, radius * w
+        u, v = offset_row(ends, s, 0, turns, turns, texel), offset_row(ends, s, 1, turns, turns, texel)
+        q, w = offset_row(ends, s, 2, turns, turns, texel), offset_row(ends, s, 3, turns, turns, texel)
         mirror = (x * slots[slot(_MIRROR, i)] + y * slots[slot(_MIRROR + 1, i)]) + z * slots[slot(_MIRROR + 2, i)]
         above = (x * slots[slot(_NORMAL, i)] + y * slots[slot(_NORMAL + 1, i)]) + z * slots[slot(_NORMAL + 2, i)]
         above = above - mirror * slots[slot(_ACROSS, i)]
         lift = above if above < zero else zero
-        for k, row in ((0, rows[0]), (1, rows[1]), (2, rows[2]), (3, rows[3])):
-            turned = (slots[slot(POINT + k, i)] + row) - mirror * slots[slot(_MIRRORED + k, i)]
+        for k, row in ((0, u), (1, v), (2, q), (3, w)):
+            turned = (slots[slot(POINT + k, i)] + radius * row) - mirror * slots[slot(_MIRRORED + k, i)]
             slots[slot(PLACE + k, i)] = turned - lift * slots[slot(_LIFTED + k, i)]
 
 

@@ -193,11 +193,11 @@ def make_ready(job: Job, items: Iterable[Item]) -> None:
     doubts.warn(doubts.of_folder(job.folder, map(job.path, job.items())))
     for frame in range(job.frame_count):
         remove_leftovers(job.frame_folder(frame))
-    (job.folder / ANIMATION).unlink(missing_ok=True)
-    for frame in {item.frame for item in items}:
-        for name in (MANIFEST, SHEET, VIEW):
-            if (path := job.frame_folder(frame) / name).is_file():
-                path.unlink()
+    frames = {item.frame for item in items}
+    old = [job.frame_folder(frame) / name for frame in frames for name in (MANIFEST, SHEET, VIEW)]
+    for path in (job.folder / ANIMATION, *old):
+        if path.is_file():
+            path.unlink()
 
 
 def write_frame(job: Job, frame: int, results: Sequence[Result], seconds: dict[str, float]) -> Image | None:

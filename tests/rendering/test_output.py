@@ -202,11 +202,12 @@ def test_contact_sheet_shows_the_three_pictures(folder):
         np.testing.assert_allclose(shown, wanted, rtol=0, atol=0.51 + 1e-3)
 
 
-@pytest.mark.parametrize("name", ["module_000.exr", "contact.png", "manifest.json"])
+@pytest.mark.parametrize("name", ["module_000.exr", "contact.png", "manifest.json", "animation.png"])
 def test_folder_in_the_way_of_a_file(tmp_path, capsys, name):
     (tmp_path / name).mkdir()
     (tmp_path / "mine").write_text("mine")
-    render(tmp_path, "statue", "--resolution", "64x48", code=2)
+    frames = ("--frames", "2") if name == "animation.png" else ()
+    render(tmp_path, "statue", "--resolution", "64x48", *frames, code=2)
     assert f"{name}: it cannot be written" in sentence(capsys)
     assert (tmp_path / "mine").read_text() == "mine"
     assert not [file for file in os.listdir(tmp_path) if file.startswith(".")]

@@ -21,6 +21,7 @@ from compare_folders import (
 from jobs import manifest_of, render
 
 import lfssao
+from lfssao.errors import InputError
 from lfssao.optics.view import KINDS, WorldToImage
 from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.samples import texel_turns
@@ -325,6 +326,12 @@ def test_estimators_that_count_points_have_intervals(tmp_path, capsys, estimator
 
 
 # Bad input
+
+
+def test_names_that_no_file_can_have_are_refused(reference):
+    for pair in (("n" * 300, reference), (reference, "n" * 300)):
+        with pytest.raises(InputError, match="n: there is no such file or folder"):
+            lfssao.compare(*pair)
 
 
 def test_the_reference_must_be_what_its_manifest_says(tmp_path, capsys, reference):

@@ -1,5 +1,6 @@
 """The two sides of a comparison: the files of each module, and what the reference's manifest says of them."""
 
+import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -32,9 +33,9 @@ class Reference:
     @classmethod
     def open(cls, path: Path) -> "Reference":
         """Find the files; InputError if there are none, or a manifest is there and is wrong."""
-        folder = path if path.is_dir() else path.parent
-        if not path.is_dir() and not path.is_file():
+        if not (os.path.isdir(path) or os.path.isfile(path)):  # Path's raise where a name is too long
             raise InputError(f"{path}: there is no such file or folder")
+        folder = path if path.is_dir() else path.parent
         if (path / "kit.json").is_file():
             cases = {entry["name"]: path / entry["folder"] for entry in read_index(path)}
             return cls(path, cases, None, {}, kit=True)
@@ -119,7 +120,7 @@ class Mine:
         of it; an EXR file of another name may have parts or channels ``module_003.merged`` of all. InputError if the
         path is not there, no file is like a pattern, or one is a file and the other a folder.
         """
-        if not path.exists():
+        if not os.path.exists(path):
             raise InputError(f"{path}: there is no such file or folder")
         names = list(reference.files)
         if path.is_dir() != reference.path.is_dir() and (path.is_dir() or not holds_modules(path, names)):

@@ -98,30 +98,30 @@ class Occlusion(Problem):
         """Whether each sample is for sure and may be occluded, (K, n) of 0 and 1."""
         at = self.landed
         (a, b, c), (d, e, f), _ = self.image
-        u, v = (np.nan_to_num(np.clip(x, -1e6, 1e6)) for x in (a * at.u + b * at.v + c, d * at.u + e * at.v + f))
+        u, v = (np.fmax(np.fmin(x, 1e6), -1e6) for x in (a * at.u + b * at.v + c, d * at.u + e * at.v + f))
         error = np.where(at.may & np.isfinite(at.error), at.error, 0.0)
         ends = [np.floor(x).astype(np.int64) for x in (u - error, u + error, v - error, v + error)]
-        texel, sample = np.indices(u.shape, sparse=True)
-        surely, maybe = self._compared(ends[0], ends[2], texel, sample)
+        surely, maybe = self._compared(ends[0], ends[2], at.z, at.error_z, self.points[:, None])
         k, s = np.nonzero((ends[0] != ends[1]) | (ends[2] != ends[3]))  # few; all else reads one texel
         columns, rows = (np.stack([ends[end][k, s] for end in corners]) for corners in ((1, 0, 1), (2, 3, 3)))
-        here, there = self._compared(columns, rows, k, s)
+        here, there = self._compared(columns, rows, at.z[k, s], at.error_z[k, s], self.points[k])
         surely[k, s] &= here.all(axis=0)
         maybe[k, s] |= there.any(axis=0)
         return (surely & at.must & at.may).astype(np.float64), (maybe & at.may).astype(np.float64)
 
-    def _compared(self, column: Places, row: Places, texel: Places, sample: Places) -> tuple[Flags, Flags]:
-        """Whether samples of texels that read such a column and row are occluded for sure, and whether they may be."""
+    def _compared(
+        self, column: Places, row: Places, z: FloatArray, error: FloatArray, points: FloatArray
+    ) -> tuple[Flags, Flags]:
+        """Whether samples that read such a column and row are occluded for sure, and may be; points: their texels'."""
         height, width = self.depth.shape
         inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
         surface = self.depth[hold(row, height, self.border), hold(column, width, self.border)].astype(np.float64)
         if self.border not in INSIDE:
             surface = np.where(inside, surface, -np.inf if self.border == "occluded" else np.inf)
-        z, error = self.landed.z[texel, sample], self.landed.error_z[texel, sample]
         low, high, near = z - error, z + error, np.True_
         if self.positions is not None:  # the range check: whether surfaces there are within R of the texel's
             there = self.positions[hold(row, height, "clamp"), hold(column, width, "clamp")].astype(np.float64)
-            near = (((there - self.points[texel]) ** 2).sum(axis=-1) <= self.radius * self.radius) | ~inside
+            near = (((there - points) ** 2).sum(axis=-1) <= self.radius * self.radius) | ~inside
         if self.relation == ">":
             return (surface > high) & inside & near, (surface > low) & inside & near
         ties = (surface == z.astype(np.float32)) & (self.relation == "<=")

@@ -89,7 +89,7 @@ class Occlusion(Problem):
             offsets = np.where(below[..., None], -offsets, offsets)
         off = self.errors[:, None] + self.model.offset * sizes
         places, error, must = project_positions(self.points[:, None] + offsets, off, self.mapping, self.model)
-        u, v, z = np.moveaxis(places, -1, 0)
+        u, v, z = np.ascontiguousarray(np.moveaxis(places, -1, 0))
         largest = np.maximum(error[..., 0], error[..., 1])
         return Landed(u, v, z, largest, error[..., 2], error[..., 0] > -np.inf, must)
 

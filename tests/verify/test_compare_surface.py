@@ -28,6 +28,7 @@ def test_depth_is_judged_by_the_mesh(tmp_path, capsys, reference):
     assert report.exit_code == 0
     reason = report.first_difference.worst[0].reason
     assert reason.endswith("0.0039 texel of the texel's centre, see this interval of depth")
+    assert {texel.reason for texel in lfssao.compare(near, reference, model="strict").first_failure.worst} == {""}
     report = lfssao.compare(half, reference)
     assert ("module_004", "depth") in {(r.module, r.layer) for r in report.results if r.verdict is Verdict.OUTSIDE}
     reasons = {texel.reason for texel in report.first_failure.worst}

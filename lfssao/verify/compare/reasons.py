@@ -21,7 +21,7 @@ def reason_of(
     name: str, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel, texel: tuple[int, int]
 ) -> str:
     """Reason why a texel, (column, row), of a texture is what it is, in one sentence; '' where none is known."""
-    if case.stage != VIEW:
+    if case.stage != VIEW or (model.exact and name in ("depth", "color")):  # which has the reference's numbers alone
         return ""
     (i, j), layers = texel, [f"ao_{k + 1}" for k in range(len(case.parameters["radii"]))]
     if name in layers:

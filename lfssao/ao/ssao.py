@@ -138,6 +138,7 @@ def algorithm2_of_radii(
     check_fit("positions", positions, depth, 3)
     check_turns(turns, depth)
     depth, positions = np.ascontiguousarray(depth), np.ascontiguousarray(positions)
+    turns = turns if turns is None else np.ascontiguousarray(turns)
     offsets = np.stack([scaled_offsets(samples, radius, depth.dtype) for radius in radii])
     occlusion = np.empty((len(radii), *depth.shape), depth.dtype)
     outside = np.empty((len(radii), depth.shape[0]), np.int64)

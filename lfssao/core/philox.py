@@ -38,7 +38,7 @@ def philox4x32(c0, c1, c2, c3, k0, k1):
 def random_word(seed, stream, index):
     """One 32-bit word (as uint64): word 0 of counter (index, stream, 0, 0) under the two halves of the seed."""
     seed = np.uint64(seed)
-    word, _, _, _ = philox4x32(index, stream, 0, 0, seed & _MASK, seed >> _32)
+    word, _, _, _ = philox4x32(np.uint64(index), np.uint64(stream), 0, 0, seed & _MASK, seed >> _32)
     return word
 
 

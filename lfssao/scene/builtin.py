@@ -3,6 +3,7 @@
 They are read from ``meshes``, whose files ``benchmarks/scenes`` makes.
 """
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +61,7 @@ def find_scene(scene: str | Path | Mesh, texture: str | Path | None = None) -> M
     if not isinstance(scene, str | Path):
         check_type("mesh", scene, Mesh)
         return scene
-    if not Path(scene).suffix and not Path(scene).exists():
+    if not Path(scene).suffix and not os.path.exists(scene):  # Path's raises where a name is too long
         raise InputError(f"{scene}: there is no such file, and no embedded scene of that name ({', '.join(BUILTIN)})")
     from lfssao.scene.load import load_scene  # late: trimesh takes 0.4 s to import, and embedded scenes need none
 

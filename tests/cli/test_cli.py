@@ -100,6 +100,7 @@ FILES = {"line\nbreak.obj": "", "fine.obj": TRIANGLE, "b.png": "garbage"}
     (["statue", "--rotate", "hsh"], "there is no rotation 'hsh' (did you mean 'hash'?)"),
     (["statue", "--rotate", "ign", "--estimator", "multiresolution"], "multiresolution do not turn by it"),
     (["statue", "--rotate", "ign", "--neighbours", "2", "--display", "c80"], "with neighbours samples do not turn"),
+    (["n" * 300], "n: there is no such file, and no embedded scene of that name (gallery, turntable, "),
     (["teapot"], "teapot: there is no such file, and no embedded scene of that name (gallery, turntable, "),
     (["teapot.obj"], "teapot.obj: there is no such file"),
     (["/"], "/: it is a folder"),

@@ -73,7 +73,7 @@ class Estimator:
     integrand: tuple[str, str] = ("uniform", "cubic")
     whole_ball: bool = False  # whether a plane hides half: 2 max(0, ao - 1/2) is occlusion of the half space
     # Bytes a texel of the float32 textures that it has in memory at once: what it makes, what it returns and what is
-    # kept with the view, the most over all views and parameters, samples that do not turn.
+    # kept with the view, the most over all views and parameters, turns included.
     texel_bytes: int = 4
     turns: bool = False  # whether its samples may turn from texel to texel (``Buffers.turns``)
     rotation: str = "none"  # how they do by default, a name of ``lfssao.samples.ROTATIONS``

@@ -50,10 +50,8 @@ def offset_row(offsets, s, row, turns, turn, i):
 
 
 @kernel(inline=True)
-def turned_offset(x, y, turns, turn, i):
-    """The x and y of an offset turned at texel i of a run; turns and turn: those of ``load_turns``."""
-    if turns is None:
-        return x, y
+def turned_offset(x, y, turn, i):
+    """The x and y of an offset turned at texel i of a run; turn: that of ``load_turns``."""
     return x * turn[0][i] - y * turn[1][i], x * turn[1][i] + y * turn[0][i]
 
 

@@ -113,7 +113,7 @@ def move_row(offsets, ends, s, normals, n, up, turns, turn, rows, a, b, c, q):
     for i in range(n):
         side = one
         if normals is not None:
-            x, y = turned_offset(offsets[s, 0], offsets[s, 1], turns, turn, i)
+            x, y = turned_offset(offsets[s, 0], offsets[s, 1], turn, i)
             side = -one if (x * up[0, i] + y * up[1, i]) + z * up[2, i] < zero else one
         a[i] = rows[0, i] + side * offset_row(ends, s, 0, turns, turn, i)
         b[i] = rows[1, i] + side * offset_row(ends, s, 1, turns, turn, i)

@@ -75,7 +75,7 @@ def place_in_ball(ends, radius, offsets, s, turns, first, n, slots):
     (a, b, z), zero = (offsets[s, 0], offsets[s, 1], offsets[s, 2]), type(radius)(0)
     for i in range(n):
         texel = first + np.uint64(i)
-        x, y = turned_offset(a, b, turns, turns, texel)
+        x, y = turned_offset(a, b, turns, texel)
         u, v = offset_row(ends, s, 0, turns, turns, texel), offset_row(ends, s, 1, turns, turns, texel)
         q, w = offset_row(ends, s, 2, turns, turns, texel), offset_row(ends, s, 3, turns, turns, texel)
         mirror = (x * slots[slot(_MIRROR, i)] + y * slots[slot(_MIRROR + 1, i)]) + z * slots[slot(_MIRROR + 2, i)]

@@ -77,13 +77,13 @@ class Occlusion(Problem):
     @cached_property
     def landed(self) -> Landed:
         """Image points of the samples."""
-        offsets = np.broadcast_to(self.radius * self.samples, (len(self.points), *self.samples.shape))
-        sizes = np.abs(offsets)
+        own = self.radius * self.samples
+        offsets, sizes = np.broadcast_to(own, (len(self.points), *own.shape)), np.abs(own)
         if self.turns is not None:
             (c, s), (x, y, z) = self.turns[..., None], np.moveaxis(offsets, -1, 0)
             s = self.way * s
             offsets = np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
-            sizes = 4 * np.linalg.norm(self.radius * self.samples, axis=1, keepdims=True)  # products exceed their sum
+            sizes = 4 * np.linalg.norm(own, axis=1, keepdims=True)  # products exceed their sum
         if self.normals is not None:
             below = self.side * np.einsum("ksc,kc->ks", offsets, self.normals) < 0
             offsets = np.where(below[..., None], -offsets, offsets)

@@ -289,7 +289,7 @@ def test_results_do_not_depend_on_threads_or_cpu(generic_cpu):
     for group, (one_generic, two_generic) in generic.items():
         one = batch.digests(group, 1)
         most = batch.digests(group, numba.config.NUMBA_NUM_THREADS)
-        assert len(one) >= 6
-        assert one == most
-        assert one == one_generic
-        assert one == two_generic
+        assert len(one) >= 6, group
+        assert one == most, group
+        assert one == one_generic, group
+        assert one == two_generic, group

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenEXR
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
@@ -98,7 +99,7 @@ def as_stored(attributes: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _check_part(label: str, part: Part) -> None:
-    """Refuse a part that OpenImageIO would change without an error."""
+    """Refuse a part that would be changed without an error."""
     shape, dtype = np.shape(part.pixels), part.pixels.dtype
     if dtype != np.float32:  # anything else would be rounded
         raise InputError(f"{label} is of {dtype}, expected float32")
@@ -116,34 +117,33 @@ def _check_part(label: str, part: Part) -> None:
 
 def write_parts(path: Path, parts: Sequence[Part]) -> None:
     """Write parts that ``write_exr`` has checked, and read the end of the file back; OSError if not all is there."""
-    specs = tuple(_spec(part) for part in parts)
-    output: Any = oiio.ImageOutput.create("openexr")
-    for number, part in enumerate(parts):
-        opened = output.open(str(path), specs[number], "AppendSubimage") if number else output.open(str(path), specs)
-        if not opened or not output.write_image(np.ascontiguousarray(part.pixels)):
-            raise OSError(first_line(output.geterror()))
-    if not output.close():
-        raise OSError(first_line(output.geterror()))
+    try:
+        OpenEXR.File([_openexr_part(part) for part in parts]).write(str(path))
+    except RuntimeError as error:
+        told = str(error)  # the file's name in quotes, then the reason
+        raise OSError(told.rpartition('". ')[2]) from error
     # On a full disk OpenEXR loses, without an error, pixels that it writes as it closes the file.
     source = oiio.ImageInput.open(str(path))
     if source is None:
         raise OSError(first_line(oiio.geterror()))
-    end = specs[-1].y + specs[-1].height
+    end = parts[-1].pixels.shape[0] - parts[-1].guard
     if source.read_scanlines(len(parts) - 1, 0, end - 1, end, 0, 0, 1, oiio.FLOAT) is None:
         raise OSError(first_line(source.geterror()))
 
 
-def _spec(part: Part) -> Any:
-    height, width, channels = part.pixels.shape
-    spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT)
-    spec.channelnames = part.channels
-    spec.x = spec.y = -part.guard
-    spec.full_width, spec.full_height = width - 2 * part.guard, height - 2 * part.guard
-    spec.attribute("name", part.name)
-    spec.attribute("compression", "zip")
-    for name, value in part.attributes.items():
-        spec.attribute(f"{PREFIX}{name}", value)
-    return spec
+def _openexr_part(part: Part) -> Any:
+    height, width, _ = part.pixels.shape
+    low, high = np.array([0, 0], np.int32), np.array([width, height], np.int32) - 1
+    header = {
+        "type": OpenEXR.scanlineimage,
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "dataWindow": (low - part.guard, high - part.guard),
+        "displayWindow": (low, high - 2 * part.guard),
+        **{f"{PREFIX}{name}": value for name, value in part.attributes.items()},
+    }
+    # Channels one by one: OpenEXR takes an array for one without gaps, whatever its strides are.
+    channels = {name: np.ascontiguousarray(part.pixels[..., k]) for k, name in enumerate(part.channels)}
+    return OpenEXR.Part(header, channels, part.name)
 
 
 def read_exr(path: str | Path, names: Collection[str] | None = None) -> dict[str, Part]:

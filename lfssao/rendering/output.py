@@ -1,8 +1,7 @@
 """The files of a job: an EXR file a view, and the contact sheet and manifest of each frame.
 
 An EXR file proves itself: its metadata hold the SHA-256 of each part's pixels, that of its headers, and the identity
-of what they were made from (``Job.identity``), so that a later job can take it up. Its bytes hold the time too and may
-differ.
+of what they were made from (``Job.identity``), so that a later job can take it up.
 """
 
 import json

@@ -10,7 +10,7 @@ LEAST = 3  # of them are read, and so reach what lies behind the reader
 
 @pytest.mark.parametrize("kind", fuzz.LOADERS)
 def test_mutants_are_read_or_refused(kind):
-    outcomes = list(fuzz.outcomes(kind, range(FEW), seed=2))
+    outcomes = list(fuzz.outcomes(kind, range(FEW), seed=5))
     assert [each for each in outcomes if each[0] not in fuzz.GOOD] == []
     read = sum(outcome == "read" for outcome, _ in outcomes)
     assert LEAST <= read < FEW

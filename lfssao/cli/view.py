@@ -64,7 +64,7 @@ def _view(options: argparse.Namespace) -> None:
     for eye in eyes:
         eye_point(display, eye)
     bar = partial(progress, total=len(entries), desc="read", unit="module")
-    field = light_field(folder, options.layer, display, entries, bar=bar)
+    field = light_field(folder, [options.layer], display, entries, bar=bar)
     pictures = _photographs(field, eyes, options)
     with working("write"):
         if animated:

@@ -33,8 +33,9 @@ def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int,
             # TLS with keys of its own: who else is on this machine may not connect. Silent: a lost worker is replaced
             # and its items are done again, errors of items come back to the caller, and a worker that is closed during
             # its heartbeat logs an error.
-            alone = {"security": True, "dashboard_address": None, "silence_logs": logging.CRITICAL}
-            # Its servers of pages begin in any case: they have none.
+            alone: dict[str, Any] = {"security": True, "silence_logs": logging.CRITICAL}
+            # Its servers of pages begin in any case: they get free ports and no pages.
+            alone |= {"dashboard_address": "127.0.0.1:0", "scheduler_kwargs": {"dashboard": False}}
             settings: dict[str, Any] = {f"distributed.{each}.http.routes": [] for each in ("scheduler", "worker")}
             settings["temporary-directory"] = stack.enter_context(TemporaryDirectory(prefix="lfssao-"))
             stack.enter_context(config.set(settings))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from lfssao.core.files import write_whole
-from lfssao.core.pictures import Codes
+from lfssao.core.pictures import Codes, light_codes
 from lfssao.core.srgb import to_codes
 
 FloatTexture = NDArray[np.float32]
@@ -36,14 +36,19 @@ def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, widt
 
     Image and shaded are linear RGB, (H, W, 3). ``width`` is that of each column, pixels, and the greatest height.
     """
-    pictures = to_codes(image), to_codes(1 - blurred), to_codes(shaded)
     texel_rows, texel_columns = blurred.shape
     scale = width / max(texel_columns, texel_rows)
     size = max(1, round(scale * texel_columns)), max(1, round(scale * texel_rows))
     row = Image.new("RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
-    for column, picture in enumerate(pictures):
-        row.paste(Image.fromarray(picture).resize(size, Image.Resampling.BOX), (column * (width + _MARGIN), 0))
+    for column, texture in enumerate((image, (1 - blurred)[..., None], shaded)):
+        row.paste(Image.fromarray(light_codes(_resized(texture, size))), (column * (width + _MARGIN), 0))
     return row
+
+
+def _resized(texture: FloatTexture, size: tuple[int, int]) -> FloatTexture:
+    """The mean of the texels, (H, W, C) linear, under each pixel of a picture of a width and a height."""
+    planes = [Image.fromarray(np.ascontiguousarray(plane)) for plane in np.moveaxis(texture, 2, 0)]
+    return np.stack([np.asarray(plane.resize(size, Image.Resampling.BOX)) for plane in planes], axis=-1)
 
 
 def side_by_side(pictures: Mapping[str, Codes]) -> Image.Image:

@@ -16,6 +16,7 @@ from lfssao.errors import InputError, check_type
 from lfssao.rendering.image_file import PARTS, PREFIX, first_line, read_image_file, utf8_name
 
 _LONGEST_NAME = 255  # bytes
+_COMPRESSIONS = {"zip": OpenEXR.ZIP_COMPRESSION, "rle": OpenEXR.RLE_COMPRESSION}
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,8 @@ class Part:
         Further metadata, strings and numbers.
     guard : int
         Width of the guard band, texels: the data window is larger than the display window by it on each side.
+    compression : str
+        'zip' or 'rle', which takes 2/5 of the time, and as little room where noise leaves zip little to find.
 
     Examples
     --------
@@ -46,6 +49,7 @@ class Part:
     pixels: NDArray[np.float32]
     attributes: Mapping[str, Any] = field(default_factory=dict)
     guard: int = 0
+    compression: str = "zip"
 
 
 def use_one_thread_a_file() -> None:
@@ -136,7 +140,7 @@ def _openexr_part(part: Part) -> Any:
     low, high = np.array([0, 0], np.int32), np.array([width, height], np.int32) - 1
     header = {
         "type": OpenEXR.scanlineimage,
-        "compression": OpenEXR.ZIP_COMPRESSION,
+        "compression": _COMPRESSIONS[part.compression],
         "dataWindow": (low - part.guard, high - part.guard),
         "displayWindow": (low, high - 2 * part.guard),
         **{f"{PREFIX}{name}": value for name, value in part.attributes.items()},

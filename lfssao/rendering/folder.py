@@ -1,11 +1,10 @@
 """The folder of an earlier ``lfssao render``, read back and checked."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -100,32 +99,34 @@ def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Di
 
 def light_field(
     folder: Path,
-    layer: str,
+    layers: Sequence[str],
     display: Display,
     entries: Mapping[int, dict[str, Any]],
-    kept: Mapping[int, NDArray[np.float32]] = MappingProxyType({}),
+    field: LightField | None = None,
     bar: Callable[..., Any] = iter,
 ) -> LightField:
-    """One layer of every module's texture; AO as visibility, 1 - AO: a pixel that no module reaches is black.
+    """Some layers of every module's texture; AO as visibility, 1 - AO: a pixel that no module reaches is black.
 
-    ``entries`` are the manifest's of modules by number, ``kept`` the textures that need not be read, and ``bar`` passes
-    on one step a module. InputError if a file is not what its entry describes.
+    ``entries`` are the manifest's of modules by number. ``field`` may have some of their textures, which are not read.
+    ``bar`` passes on one step a module. InputError if a file is not what its entry describes.
     """
-    channels = len(next(iter(entries.values()))["textures"][layer]["channels"])
-    needed = 4 * channels * sum(display.modules[k].width * display.modules[k].height for k in entries)
-    check_available(f"{folder}: its textures", needed)
-    field = LightField(display, list(entries), channels)
+    if field is None:
+        described = next(iter(entries.values()))["textures"]
+        channels = sum(len(described[layer]["channels"]) for layer in layers)
+        needed = 4 * channels * sum(display.modules[k].width * display.modules[k].height for k in entries)
+        check_available(f"{folder}: its textures", needed)
+        field = LightField(display, list(entries), channels)
 
-    def put(index: int, entry: dict[str, Any]) -> None:
-        pixels = kept.get(index)
-        if pixels is None:
-            pixels = read_layer(folder / Path(entry["file"]).name, layer, entry["textures"][layer])
+    def put(index: int) -> None:
+        entry = entries[index]
+        path, described = folder / Path(entry["file"]).name, entry["textures"]
+        pixels = [read_layer(path, layer, described[layer]) for layer in layers]
         with errors_of(str(folder / entry["file"])):
-            field.put(index, 1 - pixels if channels == 1 else pixels)
+            field.put(index, *(1 - each if each.shape[2] == 1 else each for each in pixels))
 
     use_one_thread_a_file()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(bar(pool.map(put, entries, entries.values())))
+        list(bar(pool.map(put, field.missing)))
     return field
 
 

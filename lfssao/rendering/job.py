@@ -61,7 +61,7 @@ class Job:
 
     @cached_property
     def keeps_view(self) -> bool:
-        """Whether that picture's layers stay in memory: the default job takes 4.7 s on two cores, else 5.3."""
+        """Whether that picture's textures are gathered while they are made: it saves the default job half a second."""
         available, texels = available_memory(), sum(view.width * view.height for view in self.views)
         return self.has_view and available is not None and 24 * texels < available / 4
 

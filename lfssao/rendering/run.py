@@ -24,8 +24,19 @@ from lfssao.rendering.animation import moved
 from lfssao.rendering.contact import write_animation
 from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.output import ANIMATION, MOST_PICTURES, Result, make_ready, recover_view, write_frame, write_view
+from lfssao.rendering.output import (
+    ANIMATION,
+    MOST_PICTURES,
+    Result,
+    empty_field,
+    make_ready,
+    put_view,
+    recover_view,
+    write_frame,
+    write_view,
+)
 from lfssao.rendering.passes import Textures, render_view
+from lfssao.rendering.viewer import LightField
 
 Results = Generator[Result, None, None]
 
@@ -56,8 +67,10 @@ def run(
         renderer = Renderer(job, threads)
         if rest:
             renderer.prepare(rest[0])  # a scene that is refused leaves no folder
-        results = run_here(renderer, rest, threads, _views_at_once(job, threads + 2) if threads > 1 else 1)
+        field = empty_field(job)
+        results = run_here(renderer, rest, threads, _views_at_once(job, threads + 2) if threads > 1 else 1, field)
     else:
+        field = None
         results = run_on(executor, sent, rest, threads)
     with ExitStack() as stack:
         for folder in (job.folder, *(job.frame_folder(frame) for frame in range(job.frame_count))):
@@ -73,7 +86,7 @@ def run(
                 else:
                     views.append(next(results))
                     yield item
-            picture = write_frame(job, frame, views, {**seconds, "render": time.perf_counter() - start})
+            picture = write_frame(job, frame, views, {**seconds, "render": time.perf_counter() - start}, field)
             if picture is not None and frame % step == 0:
                 pictures.append(picture)
         if job.transforms is not None and pictures:
@@ -142,7 +155,9 @@ class Renderer:
         return textures
 
 
-def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int) -> Results:
+def run_here(
+    renderer: Renderer, items: Sequence[Item], threads: int, ahead: int, field: LightField | None = None
+) -> Results:
     """Results of the items in their order, rendered in the calling thread; other threads write files meanwhile.
 
     At most ``ahead`` views are in memory; with 1 nothing is rendered while a file is written. Files that were begun are
@@ -154,7 +169,10 @@ def run_here(renderer: Renderer, items: Sequence[Item], threads: int, ahead: int
         for item in items:
             while len(waiting) >= ahead or (waiting and waiting[0].done()):
                 yield waiting.popleft().result()
-            waiting.append(pool.submit(write_view, renderer.job, item, renderer.textures(item)))
+            textures = renderer.textures(item)
+            if field is not None:
+                put_view(field, renderer.job, item, textures)
+            waiting.append(pool.submit(write_view, renderer.job, item, textures))
         while waiting:
             yield waiting.popleft().result()
 
@@ -185,7 +203,7 @@ def run_item(job: Job, item: Item, threads: int, version: str) -> Result:
             use_one_thread_a_file()
             _here[:] = [Renderer(job, threads)]
         textures = _here[0].textures(item)
-    return write_view(job, item, textures)._replace(kept={})  # not to be sent back
+    return write_view(job, item, textures)
 
 
 def recover(job: Job, threads: int, bar: Callable[..., Any] = iter) -> dict[Item, Result]:

@@ -58,8 +58,8 @@ class LightField:
             texels += display.modules[k].width * display.modules[k].height
         self._texels = np.empty((texels, channels), np.float32)
 
-    def put(self, index: int, texture: NDArray[np.float32]) -> None:
-        """Give a module its texture, (H, W, C) float32, which is copied.
+    def put(self, index: int, *textures: NDArray[np.float32]) -> None:
+        """Give a module its texture, (H, W, C) float32, or several with C channels together; they are copied.
 
         InputError if the module is not one of those announced, the shape is another, or a value is not finite.
         """
@@ -67,13 +67,22 @@ class LightField:
             raise InputError(f"module {index} is not one of {sorted(self._room)}")
         width, height = self._sizes[index].tolist()
         expected = height, width, self._texels.shape[1]
-        if texture.shape != expected:
-            raise InputError(f"the texture of module {index} has shape {texture.shape}, expected {expected}")
-        if not np.isfinite(texture).all():
-            raise InputError(f"the texture of module {index} has a value that is not finite")
-        start = self._room[index]
-        self._texels[start : start + width * height] = texture.reshape(width * height, -1)
+        shape = *textures[0].shape[:2], sum(texture.shape[2] for texture in textures)
+        if shape != expected:
+            raise InputError(f"the texture of module {index} has shape {shape}, expected {expected}")
+        start, channel = self._room[index], 0
+        for texture in textures:
+            if not np.isfinite(texture).all():
+                raise InputError(f"the texture of module {index} has a value that is not finite")
+            end = channel + texture.shape[2]
+            self._texels[start : start + width * height, channel:end] = texture.reshape(width * height, -1)
+            channel = end
         self._starts[index] = start
+
+    @property
+    def missing(self) -> list[int]:
+        """The modules that were announced and have no texture yet."""
+        return [index for index in self._room if self._starts[index] < 0]
 
     def photograph(self, eye_x: float, width: int = 1024, blend: str = "linear") -> "Photograph":
         """A photograph of the screen from an eye on the observer line (LF figure 14).

@@ -182,6 +182,7 @@ def test_a_local_scheduler_answers_nobody_else_and_shows_no_pages():
         assert address.startswith("tls://127.0.0.1:")
         ports = [executor._client.run_on_scheduler(lambda dask_scheduler: dask_scheduler.http_server.port)]
         ports += executor._client.run(lambda dask_worker: dask_worker.http_server.port).values()
+        assert 8787 not in ports  # dask warns where another cluster has it
         for port, page in product(ports, ("status", "info/main/workers.html", "metrics", "health", "sysmon")):
             with pytest.raises(HTTPError, match="404"):
                 urlopen(f"http://127.0.0.1:{port}/{page}")

@@ -5,7 +5,7 @@ import pytest
 from jobs import render
 from PIL import Image, ImageSequence
 
-from lfssao.rendering.contact import contact_sheet, sheet_rows, white, write_animation
+from lfssao.rendering.contact import contact_sheet, sheet_rows, strip, white, write_animation
 
 
 def test_a_mesh_without_colour_is_white():
@@ -44,6 +44,14 @@ def test_numbers_stand_under_the_ends_of_the_bar_and_its_words_between():
     assert (columns[0], ink.shape[1] - columns[-1]) == pytest.approx((0, 2), abs=1)
     middle = columns[(columns > 20) & (columns < ink.shape[1] - 20)]
     assert (middle[0] + middle[-1]) / 2 == pytest.approx(ink.shape[1] / 2, abs=2)
+
+
+def test_pixels_are_means_of_light_and_not_of_codes():
+    texture = np.zeros((4, 960), np.float32)
+    texture[:, ::2] = 1
+    row = np.asarray(strip(np.stack([texture] * 3, axis=-1), texture, np.stack([texture] * 3, axis=-1)))
+    half = 188  # sRGB's code of linear 1/2
+    assert [np.unique(row[:, first : first + 480]).tolist() for first in (0, 492, 984)] == [[half]] * 3
 
 
 @pytest.mark.parametrize(("count", "milliseconds"), [(4, 750), (30, 100), (200, 30)])

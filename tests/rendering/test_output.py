@@ -88,6 +88,13 @@ def test_files_of_one_part_serve_as_the_others_do(folder, tmp_path):
     assert [len(read_parts(each / "module_003.exr")) for each in (one, usual)] == [1, 8]
 
 
+@pytest.mark.parametrize(("scene", "run_lengths"), [("statue", {"shaded", "blurred"}), ("armadillo", {"blurred"})])
+def test_noise_is_packed_in_run_lengths_and_all_else_by_zip(scene, run_lengths, tmp_path):
+    found = read(render(tmp_path, scene, *COMMAND[1:]) / "module_003.exr")
+    kinds = {name: attributes["compression"] for name, (attributes, _) in found.items()}
+    assert kinds == {name: "rle" if name in run_lengths else "zip" for name in found}
+
+
 def test_textures_belong_together(folder):
     found = {name: np.stack([arrays[c] for c in TEXTURES[name]], axis=-1)
              for name, (_, arrays) in read(folder / "module_004.exr").items()}  # fmt: skip

@@ -47,7 +47,9 @@ def random_field(display, rng, missing=(), channels=3):
         if k not in missing:
             m = display.modules[k]
             textures[k] = rng.random((m.height, m.width, channels), np.float32)
-            field.put(k, textures[k])
+            assert k in field.missing
+            field.put(k, textures[k][..., :1], textures[k][..., 1:])
+    assert field.missing == []
     return field, textures
 
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 import lfssao
 from lfssao.core.affine import Matrix
-from lfssao.core.memory import available_memory
 from lfssao.errors import InputError
 from lfssao.optics.view import View
 from lfssao.rendering.manifest import describe_settings, describe_view, short_digest
@@ -58,12 +57,6 @@ class Job:
         """Whether a picture is made of what an eye sees: of a still by all modules of a display, if it has several."""
         display, is_still = self.head["display"], self.transforms is None
         return self.has_sheet and is_still and display is not None and 1 < len(self.views) == len(display["modules"])
-
-    @cached_property
-    def keeps_view(self) -> bool:
-        """Whether that picture's textures are gathered while they are made: it saves the default job half a second."""
-        available, texels = available_memory(), sum(view.width * view.height for view in self.views)
-        return self.has_view and available is not None and 24 * texels < available / 4
 
     @property
     def frame_count(self) -> int:

@@ -20,25 +20,15 @@ from lfssao.core.memory import available_memory, check_available
 from lfssao.core.threads import kernel_threads
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
+from lfssao.rendering import output
 from lfssao.rendering.animation import moved
 from lfssao.rendering.contact import write_animation
 from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.output import (
-    ANIMATION,
-    MOST_PICTURES,
-    Result,
-    empty_field,
-    make_ready,
-    put_view,
-    recover_view,
-    write_frame,
-    write_view,
-)
 from lfssao.rendering.passes import Textures, render_view
 from lfssao.rendering.viewer import LightField
 
-Results = Generator[Result, None, None]
+Results = Generator[output.Result, None, None]
 
 _MOST_TEXELS = 2**31 - 1  # kernels count texels in int32
 
@@ -46,7 +36,7 @@ _MOST_TEXELS = 2**31 - 1  # kernels count texels in int32
 def run(
     job: Job,
     threads: int,
-    found: Mapping[Item, Result],
+    found: Mapping[Item, output.Result],
     executor: Executor | None,
     sent: Any,
     seconds: Mapping[str, float],
@@ -67,7 +57,7 @@ def run(
         renderer = Renderer(job, threads)
         if rest:
             renderer.prepare(rest[0])  # a scene that is refused leaves no folder
-        field = empty_field(job)
+        field = output.empty_field(job)
         results = run_here(renderer, rest, threads, _views_at_once(job, threads + 2) if threads > 1 else 1, field)
     else:
         field = None
@@ -75,9 +65,9 @@ def run(
     with ExitStack() as stack:
         for folder in (job.folder, *(job.frame_folder(frame) for frame in range(job.frame_count))):
             stack.enter_context(output_folder(folder))
-        make_ready(job, rest)
+        output.make_ready(job, rest)
         stack.enter_context(closing(results))
-        pictures, step = [], 1 + job.frame_count // MOST_PICTURES
+        pictures, step = [], 1 + job.frame_count // output.MOST_PICTURES
         for frame, items in groupby(job.items(), lambda item: item.frame):
             views = []
             for item in items:
@@ -86,11 +76,11 @@ def run(
                 else:
                     views.append(next(results))
                     yield item
-            picture = write_frame(job, frame, views, {**seconds, "render": time.perf_counter() - start}, field)
+            picture = output.write_frame(job, frame, views, {**seconds, "render": time.perf_counter() - start}, field)
             if picture is not None and frame % step == 0:
                 pictures.append(picture)
         if job.transforms is not None and pictures:
-            write_animation(job.folder / ANIMATION, pictures)
+            write_animation(job.folder / output.ANIMATION, pictures)
 
 
 def check_memory(width: int, height: int, radius_count: int, texel_bytes: int) -> None:
@@ -164,15 +154,15 @@ def run_here(
     finished where one cannot be written (InputError) or the generator is closed.
     """
     use_one_thread_a_file()
-    waiting: deque[Future[Result]] = deque()
+    waiting: deque[Future[output.Result]] = deque()
     with ThreadPoolExecutor(threads) as pool:
         for item in items:
             while len(waiting) >= ahead or (waiting and waiting[0].done()):
                 yield waiting.popleft().result()
             textures = renderer.textures(item)
             if field is not None:
-                put_view(field, renderer.job, item, textures)
-            waiting.append(pool.submit(write_view, renderer.job, item, textures))
+                output.put_view(field, renderer.job, item, textures)
+            waiting.append(pool.submit(output.write_view, renderer.job, item, textures))
         while waiting:
             yield waiting.popleft().result()
 
@@ -192,7 +182,7 @@ _here: list[Renderer] = []
 _one_at_a_time = threading.Lock()  # threads of a worker share its trees
 
 
-def run_item(job: Job, item: Item, threads: int, version: str) -> Result:
+def run_item(job: Job, item: Item, threads: int, version: str) -> output.Result:
     """Run one item in a worker, which keeps the last job with its trees; InputError if it does not fit the job."""
     if version != __version__:
         raise InputError(f"a worker runs lfssao {__version__}, the job {version}")
@@ -203,12 +193,12 @@ def run_item(job: Job, item: Item, threads: int, version: str) -> Result:
             use_one_thread_a_file()
             _here[:] = [Renderer(job, threads)]
         textures = _here[0].textures(item)
-    return write_view(job, item, textures)
+    return output.write_view(job, item, textures)
 
 
-def recover(job: Job, threads: int, bar: Callable[..., Any] = iter) -> dict[Item, Result]:
-    """The items that an earlier job left whole (``recover_view``); ``bar`` passes on one step an item."""
+def recover(job: Job, threads: int, bar: Callable[..., Any] = iter) -> dict[Item, output.Result]:
+    """The items that an earlier job left whole (``output.recover_view``); ``bar`` passes on one step an item."""
     use_one_thread_a_file()
     with ThreadPoolExecutor(threads) as pool:
-        results = list(bar(pool.map(partial(recover_view, job), job.items())))
+        results = list(bar(pool.map(partial(output.recover_view, job), job.items())))
     return {item: result for item, result in zip(job.items(), results, strict=True) if result is not None}

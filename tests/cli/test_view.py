@@ -70,7 +70,7 @@ def test_render_ends_with_what_an_eye_in_the_middle_sees_without_and_with_ao(ren
 
 def test_the_picture_is_the_same_where_memory_is_short_and_files_are_read_back(rendered, tmp_path, monkeypatch):
     read = []
-    monkeypatch.setattr("lfssao.rendering.job.available_memory", lambda: 1_000)
+    monkeypatch.setattr("lfssao.rendering.output.available_memory", lambda: 1_000)
     monkeypatch.setattr(folder_module, "read_layer", lambda *all_: read.append(all_[1]) or read_layer(*all_))
     render(tmp_path / "out", *WORDS)
     assert sorted(read) == 21 * ["color"] + 21 * ["shaded"]

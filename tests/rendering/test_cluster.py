@@ -20,10 +20,11 @@ from urllib.request import urlopen
 import pytest
 from jobs import digests_of, python, render
 
-import lfssao.rendering.run
+import lfssao
 from lfssao.core.files import _namespace
 from lfssao.errors import InputError
 from lfssao.optics.display_file import find_display
+from lfssao.rendering import output
 from lfssao.rendering.cluster import executor_of
 from lfssao.rendering.job import Job
 from lfssao.rendering.manifest import describe_scene
@@ -219,7 +220,7 @@ def test_no_more_views_are_in_memory_than_asked_for(tmp_path, monkeypatch, ahead
         most.append(len(alive))
         return item
 
-    monkeypatch.setattr(lfssao.rendering.run, "write_view", write)
+    monkeypatch.setattr(output, "write_view", write)
     assert len(list(run_here(Renderer(job, 2), job.items(), 2, ahead))) == 8
     assert max(most) == ahead
 
@@ -241,7 +242,7 @@ def test_files_are_written_while_the_next_passes_run(tmp_path, monkeypatch):
         return item
 
     monkeypatch.setattr(Renderer, "textures", textures)
-    monkeypatch.setattr(lfssao.rendering.run, "write_view", write)
+    monkeypatch.setattr(output, "write_view", write)
     assert len(list(run_here(Renderer(job, 2), job.items(), 2, 2))) == 4
 
 

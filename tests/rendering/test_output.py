@@ -228,7 +228,7 @@ def test_an_interrupted_job_leaves_no_manifest_of_an_earlier_one(tmp_path, monke
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("lfssao.rendering.run.write_frame", stop)
+    monkeypatch.setattr("lfssao.rendering.output.write_frame", stop)
     render(tmp_path, *words, code=130)
     assert not (tmp_path / "manifest.json").exists()
     assert (tmp_path / "module_000.exr").exists()

@@ -127,7 +127,6 @@ ENTRIES = (
         run=partial(in_ball, half=False),
         run_radii=None,
         options=PointOptions,
-        texel_bytes=16,
     ),
     replace(
         _LF,
@@ -138,7 +137,6 @@ ENTRIES = (
         run=partial(in_ball, half=True),
         run_radii=None,
         options=HemisphereOptions,
-        texel_bytes=16,
         normals=True,
         whole_ball=False,
     ),

@@ -1,13 +1,10 @@
 """Faults of mesh files that trimesh would not notice, refused in one sentence."""
 
-import io
 import re
-import zipfile
 from pathlib import Path
 
-from lfssao.core.memory import check_expansion
 from lfssao.errors import InputError
-from lfssao.scene.assets import as_utf8, reason_of
+from lfssao.scene.assets import as_utf8
 
 
 def readable(ending: str, data: bytes) -> bytes:
@@ -72,25 +69,4 @@ def _check_off(path: Path, data: bytes) -> int:
     return faces
 
 
-def _check_archive(path: Path, data: bytes) -> int:
-    """Refuse an archive whose members are too large together, or one of whose members cannot be read."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        members = archive.infolist()
-        check_expansion(f"{path}: its members", sum(member.file_size for member in members), len(data))
-        for member in members:
-            name = f"{path}: its member '{member.filename}'"
-            if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-                raise InputError(f"{name} is not deflated")  # Python expands a block of others however large it becomes
-            try:
-                with archive.open(member) as content:
-                    while content.read(2**20):
-                        pass
-            except Exception as error:
-                raise InputError(f"{name} cannot be read ({reason_of(path, error)})") from error
-    return 0
-
-
-CHECKS = {
-    **{".obj": _check_obj, ".ply": _check_ply, ".off": _check_off, ".stl": _check_stl},
-    **dict.fromkeys((".3mf", ".3dxml", ".zae"), _check_archive),
-}
+CHECKS = {".obj": _check_obj, ".ply": _check_ply, ".off": _check_off, ".stl": _check_stl}

@@ -1,6 +1,5 @@
-"""Text that trimesh would not understand, and archives, whose members are checked before its readers see them."""
+"""Text that trimesh would not understand, and archives, which have no reader."""
 
-import io
 import zipfile
 
 import pytest
@@ -32,29 +31,9 @@ def test_materials_of_an_obj_with_tabs(tmp_path):
     assert load_scene(tmp_path / "a.obj").paint.factors.tolist() == [[1, 0, 1]]
 
 
-def archive(compression=zipfile.ZIP_DEFLATED):
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", compression) as file:
-        file.writestr("3D/a.model", bytes(range(256)) * 8)
-    return packed.getvalue()
-
-
-def patched(content, place, new):
-    """The archive with other bytes at a place of its one entry in the directory at its end."""
-    start = content.rindex(b"PK\1\2") + place
-    return content[:start] + new + content[start + len(new) :]
-
-
-@pytest.mark.parametrize("ending", ["3mf", "3dxml", "zae"])
-@pytest.mark.parametrize(("content", "words"), [
-    (archive()[:-30], "not a zip file"),
-    (archive(zipfile.ZIP_STORED).replace(b"\0\1\2\3", b"\0\1\2\4", 1), r"'3D/a\.model' cannot be read \(Bad CRC"),
-    (archive()[:60] + b"\xff" * 9 + archive()[69:], r"its member '3D/a\.model' cannot be read"),
-    (archive(zipfile.ZIP_BZIP2), r"its member '3D/a\.model' is not deflated"),
-    (patched(archive(), 8, b"\1\0"), r"its member '3D/a\.model' cannot be read \(.* is encrypted"),
-    (patched(archive(), 24, b"\0\0\0\xf0"), r"its members need 4\.0 GB of memory, too much"),
-])  # fmt: skip
-def test_members_of_archives_that_cannot_be_read_are_refused_by_name(tmp_path, ending, content, words):
-    (tmp_path / f"a.{ending}").write_bytes(content)
-    with pytest.raises(InputError, match=words):
+@pytest.mark.parametrize("ending", ["zip", "3mf", "3dxml", "zae"])
+def test_archives_have_no_reader(tmp_path, ending):
+    with zipfile.ZipFile(tmp_path / f"a.{ending}", "w") as file:
+        file.writestr("3D/a.model", OFF)
+    with pytest.raises(InputError, match="it cannot be read as a mesh .*no reader"):
         load_scene(tmp_path / f"a.{ending}")

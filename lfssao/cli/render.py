@@ -57,7 +57,8 @@ def _render(options: argparse.Namespace) -> None:
         written += f"; {ANIMATION}" * job.has_sheet
     print(printable(f"{job.folder}: {written}"))
     if job.has_view:
-        print(printable(f"open {job.folder / VIEW}: what an eye in the middle sees, without AO and with it"))
+        both = ", without AO and with it" if job.mesh.paint is not None else ""
+        print(printable(f"open {job.folder / VIEW}: what an eye in the middle sees{both}"))
         print(printable(f"try next: lfssao view {job.folder} --eye-x 0.4 -o right.png"))
     sys.stdout.flush()
 

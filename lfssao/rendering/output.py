@@ -38,6 +38,7 @@ VIEW = "view.png"
 ANIMATION = "animation.png"
 MOST_PICTURES = 360  # of an animation
 VIEW_WIDTH = 900  # pixels
+_TITLES = {"color": "without AO", "shaded": "with AO"}  # in view.png
 _OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
 
 
@@ -237,18 +238,15 @@ def write_frame(
 
 def _view(job: Job, results: Sequence[Result], field: LightField | None) -> Image:
     """The picture for an eye in the middle of the observer line, without AO, if there are colours, and with it."""
-    modules, (titles, layers) = {k: result.entry for k, result in enumerate(results)}, _seen(job)
-    display = display_of(job.head["display"], modules)
-    field = light_field(job.folder, layers, display, modules, field)
+    modules, layers = {k: result.entry for k, result in enumerate(results)}, _seen(job)
+    field = light_field(job.folder, layers, display_of(job.head["display"], modules), modules, field)
     codes = np.split(to_codes(field.photograph(0.0, VIEW_WIDTH).image), len(layers), axis=2)
-    return side_by_side(dict(zip(titles, codes, strict=True)))
+    return side_by_side({_TITLES[layer]: picture for layer, picture in zip(layers, codes, strict=True)})
 
 
-def _seen(job: Job) -> tuple[list[str], list[str]]:
-    """Titles and layers of the pictures in view.png."""
-    if job.mesh.paint is None:
-        return ["with AO"], ["shaded"]
-    return ["without AO", "with AO"], ["color", "shaded"]
+def _seen(job: Job) -> list[str]:
+    """The layers that view.png shows."""
+    return ["shaded"] if job.mesh.paint is None else ["color", "shaded"]
 
 
 def empty_field(job: Job) -> LightField | None:
@@ -260,13 +258,13 @@ def empty_field(job: Job) -> LightField | None:
     if not job.has_view or available is None or 24 * texels > available / 4:
         return None
     modules = {k: {"view": describe_view(view)} for k, view in enumerate(job.views)}
-    return LightField(display_of(job.head["display"], modules), modules, 3 * len(_seen(job)[1]))
+    return LightField(display_of(job.head["display"], modules), modules, 3 * len(_seen(job)))
 
 
 def put_view(field: LightField, job: Job, item: Item, textures: Textures) -> None:
     """Give a light field the textures of an item that view.png shows."""
     made: dict[str, Any] = {"color": textures.image, "shaded": textures.shaded}
-    field.put(item.view, *(made[layer] for layer in _seen(job)[1]))
+    field.put(item.view, *(made[layer] for layer in _seen(job)))
 
 
 def write_manifest(folder: Path, manifest: dict[str, Any], settings: Settings) -> None:

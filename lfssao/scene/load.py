@@ -28,6 +28,7 @@ from lfssao.scene.mesh import Mesh, Paint
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 _GLTF = (".glb", ".gltf")
+_ARCHIVES = ("3mf", "3dxml", "zae")  # trimesh would expand them to any size, if lxml is there
 
 
 def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
@@ -88,7 +89,7 @@ def _read(path: Path, assets: Assets) -> list[tuple[Any, NDArray[np.float64], ND
             declared = CHECKS[ending](path, data) if ending in CHECKS else 0
             if ending in _GLTF:
                 check_gltf(path, data, assets)
-            if kind not in mesh_loaders:
+            if kind not in mesh_loaders or kind in _ARCHIVES:
                 raise InputError(
                     f"{path}: it cannot be read as a mesh (files ending in '{path.suffix}' have no reader)"
                 )

@@ -184,8 +184,7 @@ def _work(name: str, seed: int, megabytes: int, connection: Connection) -> None:
 
 def outcomes(name: str, numbers: range, seed: int, megabytes: int = 2048, seconds: float = 30) -> Iterator[Outcome]:
     """The outcome of each mutant, in the order of their numbers."""
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["fuzz"])  # imported once for all workers
+    context = multiprocessing.get_context("spawn")
     worker, ours = None, None
     for number in numbers:
         if worker is None:

@@ -35,5 +35,5 @@ def test_materials_of_an_obj_with_tabs(tmp_path):
 def test_archives_have_no_reader(tmp_path, ending):
     with zipfile.ZipFile(tmp_path / f"a.{ending}", "w") as file:
         file.writestr("3D/a.model", OFF)
-    with pytest.raises(InputError, match="it cannot be read as a mesh .*have no reader"):
+    with pytest.raises(InputError, match=r"it cannot be read as a mesh .*have no reader"):
         load_scene(tmp_path / f"a.{ending}")

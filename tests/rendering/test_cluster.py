@@ -216,7 +216,7 @@ def test_no_more_views_are_in_memory_than_asked_for(tmp_path, monkeypatch, ahead
     monkeypatch.setattr(Renderer, "textures", textures)
 
     def write(_work, item, _textures):
-        gate.wait(0.2 + 0.3 * (item.view % 2))  # each second one is written much later
+        gate.wait(0.06 + 0.1 * (item.view % 2))  # each second one is written much later
         most.append(len(alive))
         return item
 

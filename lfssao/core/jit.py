@@ -90,8 +90,7 @@ def kernel(function: Callable[..., Any] | None = None, *, rows: str = "", inline
     """
     if function is None:
         return functools.partial(kernel, rows=rows, inline=inline)
-    # Nobody takes a kernel's address: without that entry point first runs compile 9 % less (benchmarks/README.md).
-    options = {**FLAGS, "forceinline": inline, "no_cfunc_wrapper": True}
+    options = {**FLAGS, "forceinline": inline}
     chosen = numba.config.CACHE_DIR
     folder = _cache_folder(chosen)
     numba.config.CACHE_DIR = folder

@@ -21,7 +21,7 @@ import sys
 import tempfile
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -162,48 +162,58 @@ def outcome_of(load: Callable[[Path], object], files: Files, folder: Path) -> Ou
     return "read", ""
 
 
-def _work(name: str, seed: int, megabytes: int, connection: Connection) -> None:
-    """Run mutants by their numbers until there is none; what they print goes nowhere."""
-    loader = LOADERS[name]
-    seeds = loader.seeds()
-    with tempfile.TemporaryDirectory() as root:
-        for number, files in enumerate(seeds):  # imports and compiles
-            outcome_of(loader.load, files, Path(root, f"seed{number}"))
-        taken = int(re.search(r"VmData:\s*(\d+)", Path("/proc/self/status").read_text())[1]) << 10
-        resource.setrlimit(resource.RLIMIT_DATA, (taken + (megabytes << 20),) * 2)
+def _work(seed: int, megabytes: int, connection: Connection) -> None:
+    """Run mutants of loaders by their names and numbers until there is none; what they print goes nowhere."""
+    seeds: dict[str, list[Files]] = {}
+    with tempfile.TemporaryDirectory() as root, suppress(EOFError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
-        connection.send("ready")
-        with suppress(EOFError):
-            while True:
-                folder = Path(root, str(number := connection.recv()))
-                connection.send(outcome_of(loader.load, mutant(seeds, number, seed), folder))
-                shutil.rmtree(folder)
+        while True:
+            name, number = connection.recv()
+            load = LOADERS[name].load
+            if name not in seeds:
+                resource.setrlimit(resource.RLIMIT_DATA, (resource.RLIM_INFINITY,) * 2)
+                seeds[name] = LOADERS[name].seeds()
+                for k, files in enumerate(seeds[name]):  # imports and compiles
+                    outcome_of(load, files, Path(root, f"{name}{k}"))
+                taken = int(re.search(r"VmData:\s*(\d+)", Path("/proc/self/status").read_text())[1]) << 10
+                resource.setrlimit(resource.RLIMIT_DATA, (taken + (megabytes << 20), resource.RLIM_INFINITY))
+                connection.send("ready")
+            folder = Path(root, str(number))
+            connection.send(outcome_of(load, mutant(seeds[name], number, seed), folder))
+            shutil.rmtree(folder)
 
 
-def outcomes(name: str, numbers: range, seed: int, megabytes: int = 2048, seconds: float = 30) -> Iterator[Outcome]:
-    """The outcome of each mutant, in the order of their numbers."""
-    context = multiprocessing.get_context("spawn")
-    worker, ours = None, None
-    for number in numbers:
-        if worker is None:
-            ours, theirs = context.Pipe()
-            worker = context.Process(target=_work, args=(name, seed, megabytes, theirs), daemon=True)
-            worker.start()
+class Worker:
+    """A process that runs mutants of any loader; it is started again when it dies or hangs."""
+
+    def __init__(self, seed: int, megabytes: int = 2048, seconds: float = 30) -> None:
+        self._given, self._seconds = (seed, megabytes), seconds
+        self._context = multiprocessing.get_context("spawn")
+        self._process: multiprocessing.Process | None = None
+
+    def outcome(self, name: str, number: int) -> Outcome:
+        """The outcome of one mutant."""
+        if self._process is None:
+            self._ours, theirs = self._context.Pipe()
+            self._process = self._context.Process(target=_work, args=(*self._given, theirs), daemon=True)
+            self._process.start()
             theirs.close()
-            ours.recv()
-        ours.send(number)
-        ready = ours.poll(seconds)
+            self._loaded: set[str] = set()
+        self._ours.send((name, number))
         try:
-            yield ours.recv() if ready else ("hang", f"no answer in {seconds:g} s")
+            if name not in self._loaded:
+                self._loaded.add(self._ours.recv() and name)
+            if self._ours.poll(self._seconds):
+                return self._ours.recv()
+            outcome = "hang", f"no answer in {self._seconds:g} s"
         except EOFError:
-            worker.join()
-            ready = False
-            yield "died", f"exit code {worker.exitcode}"
-        if not ready:
-            worker.kill()
-            worker = None
+            self._process.join()
+            outcome = "died", f"exit code {self._process.exitcode}"
+        self._process.kill()
+        self._process = None
+        return outcome
 
 
 def main() -> None:
@@ -220,8 +230,9 @@ def main() -> None:
     seeds = LOADERS[options.loader].seeds()
     found: Counter[Outcome] = Counter()
     counts: Counter[str] = Counter()
-    results = outcomes(options.loader, numbers, options.seed, options.megabytes, options.seconds)
-    for number, (kind, text) in zip(numbers, results, strict=True):
+    worker = Worker(options.seed, options.megabytes, options.seconds)
+    for number in numbers:
+        kind, text = worker.outcome(options.loader, number)
         counts[kind] += 1
         if kind in GOOD and options.only is None:
             continue

@@ -43,13 +43,10 @@ def add_to(ao: argparse.ArgumentParser) -> None:
     add("--image", **_FILE, help="linear colour, the layer color or the only one of three channels, to be shaded too")
     add("--buffers", **_FILE, required=True, help=_BUFFERS)
     add("--view", metavar="NAME", help="the view of such a folder (default: that of the name of the depth's file)")
-    add("--radii", type=_radii, required=True, metavar="R,R,...", help="radii of the sampling ball, world units")
+    several: dict[str, Any] = {"type": lambda text: tuple(map(values.radius, text.split(","))), "metavar": "R,R,..."}
+    add("--radii", **several, required=True, help="radii of the sampling ball, world units")
     add_ao_options(ao)
     add("-o", "--output", type=Path, required=True, metavar="DIR", help="folder to write to; made if not there")
-
-
-def _radii(text: str) -> tuple[float, ...]:
-    return tuple(map(values.radius, text.split(",")))
 
 
 def _ao(options: argparse.Namespace) -> None:

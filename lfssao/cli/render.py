@@ -29,7 +29,8 @@ def add_to(render: argparse.ArgumentParser) -> None:
 
 
 def _render(options: argparse.Namespace) -> None:
-    threads = min(options.threads or MOST_THREADS, _core_count())
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+    threads = min(options.threads or MOST_THREADS, cores, int(numba.config.NUMBA_NUM_THREADS))
     if not options.output:
         raise InputError("--output is empty, it must name a folder")
     if options.threads is not None and (options.scheduler or "local") != "local":
@@ -61,9 +62,3 @@ def _render(options: argparse.Namespace) -> None:
         print(printable(f"open {job.folder / VIEW}: what an eye in the middle sees{both}"))
         print(printable(f"try next: lfssao view {job.folder} --eye-x 0.4 -o right.png"))
     sys.stdout.flush()
-
-
-def _core_count() -> int:
-    """Cores that this process may use, and that numba has threads for."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
-    return int(min(cores, numba.config.NUMBA_NUM_THREADS))

@@ -41,14 +41,10 @@ def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, widt
     size = max(1, round(scale * texel_columns)), max(1, round(scale * texel_rows))
     row = Image.new("RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
     for column, texture in enumerate((image, (1 - blurred)[..., None], shaded)):
-        row.paste(Image.fromarray(light_codes(_resized(texture, size))), (column * (width + _MARGIN), 0))
+        planes = [Image.fromarray(np.ascontiguousarray(plane)) for plane in np.moveaxis(texture, 2, 0)]
+        light = np.stack([np.asarray(plane.resize(size, Image.Resampling.BOX)) for plane in planes], axis=-1)
+        row.paste(Image.fromarray(light_codes(light)), (column * (width + _MARGIN), 0))
     return row
-
-
-def _resized(texture: FloatTexture, size: tuple[int, int]) -> FloatTexture:
-    """The mean of the texels, (H, W, C) linear, under each pixel of a picture of a width and a height."""
-    planes = [Image.fromarray(np.ascontiguousarray(plane)) for plane in np.moveaxis(texture, 2, 0)]
-    return np.stack([np.asarray(plane.resize(size, Image.Resampling.BOX)) for plane in planes], axis=-1)
 
 
 def side_by_side(pictures: Mapping[str, Codes]) -> Image.Image:

@@ -16,7 +16,6 @@ from lfssao.errors import InputError, check_type
 from lfssao.rendering.image_file import PARTS, PREFIX, first_line, read_image_file, utf8_name
 
 _LONGEST_NAME = 255  # bytes
-_COMPRESSIONS = {"zip": OpenEXR.ZIP_COMPRESSION, "rle": OpenEXR.RLE_COMPRESSION}
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,8 +123,7 @@ def write_parts(path: Path, parts: Sequence[Part]) -> None:
     try:
         OpenEXR.File([_openexr_part(part) for part in parts]).write(str(path))
     except RuntimeError as error:
-        told = str(error)  # the file's name in quotes, then the reason
-        raise OSError(told.rpartition('". ')[2]) from error
+        raise OSError(str(error).rpartition('". ')[2]) from error  # without the file's name
     # On a full disk OpenEXR loses, without an error, pixels that it writes as it closes the file.
     source = oiio.ImageInput.open(str(path))
     if source is None:
@@ -140,7 +138,7 @@ def _openexr_part(part: Part) -> Any:
     low, high = np.array([0, 0], np.int32), np.array([width, height], np.int32) - 1
     header = {
         "type": OpenEXR.scanlineimage,
-        "compression": _COMPRESSIONS[part.compression],
+        "compression": getattr(OpenEXR, f"{part.compression.upper()}_COMPRESSION"),
         "dataWindow": (low - part.guard, high - part.guard),
         "displayWindow": (low, high - 2 * part.guard),
         **{f"{PREFIX}{name}": value for name, value in part.attributes.items()},

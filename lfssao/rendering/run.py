@@ -53,14 +53,13 @@ def run(
     """
     start = time.perf_counter()
     rest = [item for item in job.items() if item not in found]
+    field = output.empty_field(job) if executor is None else None
     if executor is None:
         renderer = Renderer(job, threads)
         if rest:
             renderer.prepare(rest[0])  # a scene that is refused leaves no folder
-        field = output.empty_field(job)
         results = run_here(renderer, rest, threads, _views_at_once(job, threads + 2) if threads > 1 else 1, field)
     else:
-        field = None
         results = run_on(executor, sent, rest, threads)
     with ExitStack() as stack:
         for folder in (job.folder, *(job.frame_folder(frame) for frame in range(job.frame_count))):

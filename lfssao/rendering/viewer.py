@@ -70,13 +70,10 @@ class LightField:
         shape = *textures[0].shape[:2], sum(texture.shape[2] for texture in textures)
         if shape != expected:
             raise InputError(f"the texture of module {index} has shape {shape}, expected {expected}")
-        start, channel = self._room[index], 0
-        for texture in textures:
-            if not np.isfinite(texture).all():
-                raise InputError(f"the texture of module {index} has a value that is not finite")
-            end = channel + texture.shape[2]
-            self._texels[start : start + width * height, channel:end] = texture.reshape(width * height, -1)
-            channel = end
+        if not all(np.isfinite(texture).all() for texture in textures):
+            raise InputError(f"the texture of module {index} has a value that is not finite")
+        start, flat = self._room[index], [texture.reshape(width * height, -1) for texture in textures]
+        np.concatenate(flat, axis=1, out=self._texels[start : start + width * height])
         self._starts[index] = start
 
     @property

@@ -5,7 +5,6 @@ import json
 import re
 from itertools import product
 
-import cpu_times
 import numpy as np
 import papers_lf
 import papers_page
@@ -78,11 +77,3 @@ def test_models_are_brought_to_equal_cover():
     shown = [papers_lf.model(lfssao.builtin_scene(name), (128, 96)) for name in ("statue", "ammonite")]
     assert shown[1].cover > 2 * shown[0].cover
     assert papers_lf.covering(shown[1], shown[0].cover, (128, 96)).cover == pytest.approx(shown[0].cover, rel=0.02)
-
-
-def test_processor_time_grows_with_the_work_and_a_rest_takes_none():
-    work = np.ones(300_000)
-    rows = cpu_times.least({n: lambda n=n: [work.sort() for _ in range(n)] for n in (10, 30)}, 6)
-    assert 2 < rows[30]["ms"] / rows[10]["ms"] < 4
-    assert rows[10]["spread"] >= 0
-    assert cpu_times.least({"rest": lambda: results.time.sleep(0.02)}, 2)["rest"]["ms"] < 10

@@ -25,7 +25,7 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
 numba.set_num_threads(1)
 
 # The compiler makes millions of objects: to look for garbage as often as by default takes a twentieth of the run.
-gc.set_threshold(20_000, 20, 20)
+gc.set_threshold(100_000, 50, 50)
 
 
 def pytest_collection_modifyitems(items):

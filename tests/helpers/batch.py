@@ -150,5 +150,5 @@ def digests(group, threads):
 
 if __name__ == "__main__":
     assert numba.config.NUMBA_NUM_THREADS >= 2
-    gc.set_threshold(20_000, 20, 20)  # as in the tests' own processes
+    gc.set_threshold(100_000, 50, 50)  # as in the tests' own processes
     print(json.dumps({group: [digests(group, 1), digests(group, 2)] for group in GROUPS} | {"golden": golden.made()}))

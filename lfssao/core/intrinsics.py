@@ -9,27 +9,35 @@ from numba.core import cgutils
 CHUNK = 256
 
 
-@extending.intrinsic
-def scratch(_typing: Any, dtype: Any) -> Any:
-    """CHUNK numbers of a dtype on the stack of the calling function; not initialised.
+def _on_the_stack(count: int) -> Any:
+    """A function of a dtype: so many numbers of it on the stack of the calling function, not initialised.
 
     LLVM knows that such memory overlaps nothing else, and makes vectors of loops with look-ups: with arrays from
-    ``np.empty`` Algorithm 2 with a camera's mapping took five times as long. The memory begins with a cache line. It
-    must not be returned, nor kept.
+    ``np.empty`` Algorithm 2 with a camera's mapping took five times as long, VO's points twice. The memory begins with
+    a cache line. It must not be returned, nor kept.
     """
-    array = types.Array(dtype.dtype, 1, "C")
 
-    def allocate(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
-        item = context.get_data_type(array.dtype)
-        space = cgutils.alloca_once(builder, item, size=CHUNK)
-        space.align = 64
-        made = context.make_array(array)(context, builder)
-        length = context.get_constant(types.intp, CHUNK)
-        size = context.get_constant(types.intp, context.get_abi_sizeof(item))
-        context.populate_array(made, data=space, shape=[length], strides=[size], itemsize=size, meminfo=None)
-        return made._getvalue()
+    @extending.intrinsic
+    def memory(_typing: Any, dtype: Any) -> Any:
+        array = types.Array(dtype.dtype, 1, "C")
 
-    return array(dtype), allocate
+        def allocate(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+            item = context.get_data_type(array.dtype)
+            space = cgutils.alloca_once(builder, item, size=count)
+            space.align = 64
+            made = context.make_array(array)(context, builder)
+            length = context.get_constant(types.intp, count)
+            size = context.get_constant(types.intp, context.get_abi_sizeof(item))
+            context.populate_array(made, data=space, shape=[length], strides=[size], itemsize=size, meminfo=None)
+            return made._getvalue()
+
+        return array(dtype), allocate
+
+    return memory
+
+
+scratch = _on_the_stack(CHUNK)
+scratch_slots = _on_the_stack(34 * CHUNK)  # as many slots (``ao.kernels.spans``) as any kernel has: hbao
 
 
 @extending.intrinsic

@@ -11,6 +11,7 @@ import numpy as np
 from lfssao.ao.estimators.vo.kernels.local_frame import PLACE, project
 from lfssao.ao.kernels.spans import CHUNK, load, next_span, slot
 from lfssao.core.elementary import power
+from lfssao.core.intrinsics import scratch, scratch_slots
 from lfssao.core.jit import kernel
 from lfssao.core.vectors import disk_axes
 from lfssao.optics.kernels.projection import MATRIX, affine_row, hold_inside, last_below, linear_row, texel_number
@@ -133,7 +134,7 @@ def alchemy(begin, stop, seen, taps, turns, projection, away, strength, occlusio
     """
     size, samples, dtype = occlusion.shape, taps.shape[0], occlusion.dtype
     width, fractions, lens = size[1], occlusion.reshape(-1), projection.numbers[12:]
-    slots, found = np.empty(_SLOTS * CHUNK, dtype), np.empty(CHUNK, np.int32)
+    slots, found = scratch_slots(dtype), scratch(np.int32)
     for top in range(begin, stop, _TILE):
         bottom = min(stop, top + _TILE)
         for j in range(top, bottom):

@@ -7,6 +7,7 @@ import numpy as np
 from lfssao.ao.estimators.vo.kernels import local_frame as frame
 from lfssao.ao.estimators.vo.kernels.local_frame import E1, LOOK, PLACE, SLOPES, SLOTS, TOTAL
 from lfssao.ao.kernels.spans import CHUNK, load, slot
+from lfssao.core.intrinsics import scratch, scratch_slots
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import hold_inside, last_below, texel_number
 
@@ -106,7 +107,7 @@ def horizon_occlusion(begin, stop, seen, fan, turns, radius, occlusion, outside)
     """
     size, fractions = occlusion.shape, occlusion.reshape(-1)
     width = size[1]
-    slots, missed = np.empty((SLOTS + 4) * CHUNK, fractions.dtype), np.empty(CHUNK, np.int32)
+    slots, missed = scratch_slots(fractions.dtype), scratch(np.int32)
     texels, dtype = np.empty(CHUNK, np.uint32), fractions.dtype.type
     for j in range(begin, stop):
         outside[j] = 0

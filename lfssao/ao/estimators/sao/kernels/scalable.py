@@ -19,7 +19,7 @@ import numpy as np
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, ray_point, table_point
 from lfssao.ao.kernels.spans import CHUNK, slot
 from lfssao.core.elementary import power
-from lfssao.core.intrinsics import scratch
+from lfssao.core.intrinsics import scratch, scratch_slots
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import linear_row
 from lfssao.samples.kernels.spiral import rotated
@@ -231,7 +231,7 @@ def scalable_visibility(begin, stop, surface, hierarchy, taps, landing, rays, fa
     height, width = visibility.shape
     dtype = visibility.dtype.type
     zero, one, size = dtype(0), dtype(1), (height, width)
-    columns, values = np.empty(CHUNK, np.int32), np.empty(_SLOTS * CHUNK, visibility.dtype)
+    columns, values = scratch(np.int32), scratch_slots(visibility.dtype)
     for j in range(begin, stop):
         missed = 0
         visibility[j, :] = one

@@ -91,7 +91,7 @@ def shaded_models(scale: Scale) -> Found:
         rows[name] = {key: contrast(image, seen) for key, image in images.items()}
         rows[name]["visibility"] = float(1 - few.blurred[seen].mean())
         (box,) = ndimage.find_objects(seen.astype(int))
-        cut = [None if t is None else t[box] for t in (few.gbuffer.color, seen, few.blurred, few.shaded)]
+        cut = [texture[box] for texture in (few.image, few.blurred, few.shaded)]
         strips.append((name, contact.strip(*cut, width=250).convert("RGB")))
     scale.save("lf-figure-10", contact.contact_sheet(strips))
     return {"rows": rows}

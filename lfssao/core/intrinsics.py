@@ -26,8 +26,7 @@ def _on_the_stack(count: int) -> Any:
             space = cgutils.alloca_once(builder, item, size=count)
             space.align = 64
             made = context.make_array(array)(context, builder)
-            length = context.get_constant(types.intp, count)
-            size = context.get_constant(types.intp, context.get_abi_sizeof(item))
+            length, size = (context.get_constant(types.intp, n) for n in (count, context.get_abi_sizeof(item)))
             context.populate_array(made, data=space, shape=[length], strides=[size], itemsize=size, meminfo=None)
             return made._getvalue()
 
@@ -37,7 +36,7 @@ def _on_the_stack(count: int) -> Any:
 
 
 scratch = _on_the_stack(CHUNK)
-scratch_slots = _on_the_stack(34 * CHUNK)  # as many slots (``ao.kernels.spans``) as any kernel has: hbao
+scratch_slots = _on_the_stack(34 * CHUNK)  # as many slots (``ao.kernels.spans``) as any kernel has: those of hbao
 
 
 @extending.intrinsic

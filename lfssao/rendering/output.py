@@ -250,10 +250,7 @@ def _seen(job: Job) -> list[str]:
 
 
 def empty_field(job: Job) -> LightField | None:
-    """Room for the textures of view.png while they are made; None if there is no such picture, or no memory for it.
-
-    Without it they are read back, which makes the default job half a second slower.
-    """
+    """Room for view.png's textures as they are made; None without picture or memory: they are read in half a second."""
     available, texels = available_memory(), sum(view.width * view.height for view in job.views)
     if not job.has_view or available is None or 24 * texels > available / 4:
         return None

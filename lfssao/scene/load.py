@@ -138,12 +138,6 @@ def _texture(image: Any) -> NDArray[np.float32]:
     return to_linear(np.asarray(image.convert("RGB")))
 
 
-def _is_placeholder(image: Any) -> bool:
-    """Whether an image is the grey one that trimesh makes for a file that names none."""
-    grey = empty_material().image
-    return bool(image.size == grey.size and image.mode == grey.mode and image.tobytes() == grey.tobytes())
-
-
 class _Part:
     """One geometry of a file: plain arrays of its triangles and colours."""
 
@@ -186,7 +180,7 @@ class _Part:
             self.uv[:, : visual.uv.shape[1]] = visual.uv[:, :2]
         material = visual.material
         found = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-        if found is not None and _is_placeholder(found):
+        if found == empty_material().image:  # the grey one that trimesh makes for a file that names none
             found = None
         if self.image is None and found is not None:
             self._take_image(found)

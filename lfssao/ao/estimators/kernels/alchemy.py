@@ -28,7 +28,6 @@ _TOTAL = 13
 _LOOK = PLACE  # the direction in which the texel looks, before PLACE has the rows of a tap
 _ALONG = 20  # the linear rows of the disk's first axis, times R
 _ACROSS = 24
-_SLOTS = 28
 
 _TILE = 8  # rows of a tile
 

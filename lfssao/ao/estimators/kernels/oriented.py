@@ -14,7 +14,6 @@ from lfssao.optics.kernels.projection import hold_inside, last_below, texel_numb
 # Slots of this kernel's own. FIRST and SECOND are the linear rows of R t and R b.
 _THIRD = 21  # the linear rows of R n
 _NORMAL = 25
-_SLOTS = 28
 
 ANY, NEAR, SMOOTH = 0, 1, 2  # range checks
 

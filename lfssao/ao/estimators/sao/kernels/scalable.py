@@ -34,7 +34,6 @@ _N = 5  # its normal: x, y, z
 _LESS = 8  # what is taken off u.n
 _ACROSS, _DOWN = 9, 10  # h_u and h_v of a tap at the spiral's end
 _TOTAL = 11
-_SLOTS = 12
 
 
 class Surface(NamedTuple):

@@ -19,10 +19,15 @@ from lfssao.ao.estimators.neighbours import algorithm2_with_neighbours
 from lfssao.ao.kernels import truth as truth_kernels
 from lfssao.ao.post import blur, merge, shade, shade_white
 from lfssao.ao.ssao import algorithm1, algorithm2
+from lfssao.ao.textures import Buffers
 from lfssao.core import elementary, philox
 from lfssao.core.threads import kernel_threads
 from lfssao.samples import METHODS, ROTATIONS, sample_set, texel_angles, texel_turns
 from lfssao.samples.kernels import ball
+from lfssao.verify.bounds import post
+from lfssao.verify.bounds import ssao as ssao_bounds
+from lfssao.verify.bounds.kernels import depth_bounds as depth_kernels
+from lfssao.verify.bounds.points import point_bounds
 from lfssao.verify.kit.cases import RECIPES
 from lfssao.verify.kit.stages import STAGES
 
@@ -73,6 +78,32 @@ def occlusions():
     yield "blur", np.array([blur(merged, sigma) for sigma in (0.01, 0.7, 2.5)])
     yield "shade", shade(rgb, merged)
     yield "shade white", shade_white(depth, merged)
+
+
+def accepted():
+    """The oracle's bounds: of AO for each kind of mapping and both algorithms, of the blur, of the depth stage."""
+    rng = np.random.default_rng(7)
+    samples, camera = make_samples("latin", 12, 9, 0.2, 1.0), CAMERA.view(WIDTH, HEIGHT)
+    general = replace(DISPLAY, diffuser="conical").view(0, WORLD)
+    depth = depth_texture(rng, np.float32, -0.3, 0.3)
+    positions = rng.uniform(-0.7, 0.7, (HEIGHT, WIDTH, 3)).astype(np.float32)
+    for view in (DISPLAY.view(0, WORLD), general, camera):
+        for back in (None,) if view.screen_to_world is None else (None, view.screen_to_world):
+            found = ssao_bounds.ao_bounds(depth, positions, view.world_to_image, samples, 0.4, "shader", back)
+            kind = f"{view.world_to_image.kind} {back is None}"
+            yield f"accepted {kind}", np.array([found.lower, found.upper, found.undecided])
+    given = Buffers(general, depth, positions)
+    options = {"range_check": True, "surface": "positions", "background": "open"}
+    found = point_bounds("point", given, 0.4, samples, None, options)
+    yield "accepted points", np.array([found.lower, found.upper, found.undecided])
+    blurred = post.blur_bounds(found, 0.7)
+    yield "accepted blur", np.array([blurred.lower, blurred.upper])
+    vertices, faces = rng.uniform(-0.3, 0.3, (40, 3)), rng.integers(0, 40, (30, 3)).astype(np.int32)
+    triangles = rng.integers(0, 30, (9, HEIGHT * WIDTH)).astype(np.int32)
+    lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
+    view = DISPLAY.view(0, WORLD)
+    depth_kernels.depth_ranges(view.rays, WIDTH, 0.01, vertices, faces, triangles, lower, upper)
+    yield "depth ranges", np.array([lower, upper])
 
 
 def scalars():
@@ -133,7 +164,7 @@ def conformance():
 GROUPS = {
     "scalars": scalars,
     "truth": lambda: (*truth(), *batches()),
-    "kit": conformance,
+    "kit": lambda: (*conformance(), *accepted()),
     "float64": occlusions,
 }
 

@@ -15,8 +15,6 @@ from lfssao.core.files import write_whole
 from lfssao.errors import InputError, check_type
 from lfssao.rendering.image_file import PARTS, PREFIX, first_line, read_image_file, utf8_name
 
-_LONGEST_NAME = 255  # bytes
-
 
 @dataclass(frozen=True, eq=False)
 class Part:
@@ -111,7 +109,7 @@ def _check_part(label: str, part: Part) -> None:
     if len(set(part.channels)) < len(part.channels):
         raise InputError(f"{label} has two channels of one name: {', '.join(part.channels)}")
     for name in (*part.channels, *(f"{PREFIX}{name}" for name in part.attributes)):
-        if not 0 < len(name.encode()) <= _LONGEST_NAME or "\0" in name:
+        if not 0 < len(name.encode()) <= 255 or "\0" in name:
             raise InputError(f"{label}: {name!r} is no name of a channel or an attribute")
     for name, value in part.attributes.items():
         if isinstance(value, int) and not -(2**31) <= value < 2**31:

@@ -260,8 +260,8 @@ def empty_field(job: Job) -> LightField | None:
 
 def put_view(field: LightField, job: Job, item: Item, textures: Textures) -> None:
     """Give a light field the textures of an item that view.png shows."""
-    made: dict[str, Any] = {"color": textures.image, "shaded": textures.shaded}
-    field.put(item.view, *(made[layer] for layer in _seen(job)))
+    made: list[Any] = [textures.image if layer == "color" else textures.shaded for layer in _seen(job)]
+    field.put(item.view, *made)
 
 
 def write_manifest(folder: Path, manifest: dict[str, Any], settings: Settings) -> None:

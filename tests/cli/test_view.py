@@ -77,6 +77,13 @@ def test_the_picture_is_the_same_where_memory_is_short_and_files_are_read_back(r
     assert (tmp_path / "out" / "view.png").read_bytes() == (rendered / "view.png").read_bytes()
 
 
+def test_a_white_mesh_has_the_picture_without_a_colour_layer(tmp_path):
+    words = ["armadillo", "--resolution", "16x10", "--radii", "5%", "--samples", "1"]
+    for name, layers in (("all", []), ("few", ["--layers", "depth,blurred,shaded"])):
+        render(tmp_path / name, *words, *layers)
+    assert (tmp_path / "all" / "view.png").read_bytes() == (tmp_path / "few" / "view.png").read_bytes()
+
+
 @pytest.mark.parametrize(
     "words", [["--modules", "0:20"], ["--frames", "1"], ["--display", "virtual"], ["--layers", "depth"]]
 )

@@ -356,14 +356,14 @@ def test_a_diagnosis_can_be_left_out(folder, tmp_path, capsys):
     assert more[0].startswith("  radius x 1.")
 
 
-OTHERWISE = "display", "camera", "curved", "hemisphere", "remapped"
+OTHERWISE = [("display", k) for k in range(3)] + [("camera", 0), ("curved", 0), ("hemisphere", 0), ("remapped", 0)]
 
 
 @pytest.mark.parametrize("format", ["float", "unorm8"])
-@pytest.mark.parametrize("job", OTHERWISE)
-def test_other_arithmetic_has_no_cause_nor_has_one_wrong_texel(job, format, folder, tmp_path):
+@pytest.mark.parametrize(("job", "number"), OTHERWISE)
+def test_other_arithmetic_has_no_cause_nor_has_one_wrong_texel(job, number, format, folder, tmp_path):
     """Sums of another order, fused, by reciprocals, and rounded as they may be."""
-    r = renderer(folder(job))
+    r = renderer(folder(job), number)
     if job in ("hemisphere", "remapped"):
         own = {"ao_1": r.points(seed=7)}
     else:

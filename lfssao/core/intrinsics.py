@@ -9,12 +9,12 @@ from numba.core import cgutils
 CHUNK = 256
 
 
-def _on_the_stack(count: int) -> Any:
+def on_the_stack(count: int) -> Any:
     """A function of a dtype: so many numbers of it on the stack of the calling function, not initialised.
 
     LLVM knows that such memory overlaps nothing else, and makes vectors of loops with look-ups: with arrays from
-    ``np.empty`` Algorithm 2 with a camera's mapping took five times as long, VO's points twice. The memory begins with
-    a cache line. It must not be returned, nor kept.
+    ``np.empty`` Algorithm 2 with a camera's mapping took five times as long. The memory begins with a cache line. It
+    must not be returned, nor kept.
     """
 
     @extending.intrinsic
@@ -35,8 +35,7 @@ def _on_the_stack(count: int) -> Any:
     return memory
 
 
-scratch = _on_the_stack(CHUNK)
-scratch_slots = _on_the_stack(34 * CHUNK)  # as many slots (``ao.kernels.spans``) as any kernel has: those of hbao
+scratch = on_the_stack(CHUNK)
 
 
 @extending.intrinsic

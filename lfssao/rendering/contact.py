@@ -36,9 +36,8 @@ def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, widt
 
     Image and shaded are linear RGB, (H, W, 3). ``width`` is that of each column, pixels, and the greatest height.
     """
-    texel_rows, texel_columns = blurred.shape
-    scale = width / max(texel_columns, texel_rows)
-    size = max(1, round(scale * texel_columns)), max(1, round(scale * texel_rows))
+    scale = width / max(blurred.shape)
+    size = max(1, round(scale * blurred.shape[1])), max(1, round(scale * blurred.shape[0]))
     row = Image.new("RGB", (3 * width + 2 * _MARGIN, size[1]), "white")
     for column, texture in enumerate((image, (1 - blurred)[..., None], shaded)):
         planes = [Image.fromarray(np.ascontiguousarray(plane)) for plane in np.moveaxis(texture, 2, 0)]

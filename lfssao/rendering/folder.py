@@ -111,8 +111,7 @@ def light_field(
     ``bar`` passes on one step a module. InputError if a file is not what its entry describes.
     """
     if field is None:
-        described = next(iter(entries.values()))["textures"]
-        channels = sum(len(described[layer]["channels"]) for layer in layers)
+        channels = sum(len(next(iter(entries.values()))["textures"][layer]["channels"]) for layer in layers)
         needed = 4 * channels * sum(display.modules[k].width * display.modules[k].height for k in entries)
         check_available(f"{folder}: its textures", needed)
         field = LightField(display, list(entries), channels)

@@ -11,7 +11,7 @@ import numpy as np
 from lfssao.ao.estimators.vo.kernels.local_frame import PLACE, project
 from lfssao.ao.kernels.spans import CHUNK, load, next_span, slot
 from lfssao.core.elementary import power
-from lfssao.core.intrinsics import scratch, scratch_slots
+from lfssao.core.intrinsics import on_the_stack, scratch
 from lfssao.core.jit import kernel
 from lfssao.core.vectors import disk_axes
 from lfssao.optics.kernels.projection import MATRIX, affine_row, hold_inside, last_below, linear_row, texel_number
@@ -28,6 +28,7 @@ _TOTAL = 13
 _LOOK = PLACE  # the direction in which the texel looks, before PLACE has the rows of a tap
 _ALONG = 20  # the linear rows of the disk's first axis, times R
 _ACROSS = 24
+_slots = on_the_stack(28 * CHUNK)
 
 _TILE = 8  # rows of a tile
 
@@ -133,7 +134,7 @@ def alchemy(begin, stop, seen, taps, turns, projection, away, strength, occlusio
     """
     size, samples, dtype = occlusion.shape, taps.shape[0], occlusion.dtype
     width, fractions, lens = size[1], occlusion.reshape(-1), projection.numbers[12:]
-    slots, found = scratch_slots(dtype), scratch(np.int32)
+    slots, found = _slots(dtype), scratch(np.int32)
     for top in range(begin, stop, _TILE):
         bottom = min(stop, top + _TILE)
         for j in range(top, bottom):

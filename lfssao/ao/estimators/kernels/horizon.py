@@ -7,7 +7,7 @@ import numpy as np
 from lfssao.ao.estimators.vo.kernels import local_frame as frame
 from lfssao.ao.estimators.vo.kernels.local_frame import E1, LOOK, PLACE, SLOPES, SLOTS, TOTAL
 from lfssao.ao.kernels.spans import CHUNK, load, slot
-from lfssao.core.intrinsics import scratch, scratch_slots
+from lfssao.core.intrinsics import on_the_stack, scratch
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import hold_inside, last_below, texel_number
 
@@ -15,6 +15,7 @@ _WHERE = E1  # P, in place of the frame's vectors, which are done with
 _HORIZON = E1 + 3  # sine of the horizon's elevation so far
 _AWAY = SLOTS  # D
 _NEAR = SLOTS + 3  # 1 where the step's end lies in the texture, else 0
+_slots = on_the_stack((SLOTS + 4) * CHUNK)
 _WAY = E1 + 4  # from the texel's centre to the image of P + R (x e1' + y e2'), texels
 
 
@@ -107,7 +108,7 @@ def horizon_occlusion(begin, stop, seen, fan, turns, radius, occlusion, outside)
     """
     size, fractions = occlusion.shape, occlusion.reshape(-1)
     width = size[1]
-    slots, missed = scratch_slots(fractions.dtype), scratch(np.int32)
+    slots, missed = _slots(fractions.dtype), scratch(np.int32)
     texels, dtype = np.empty(CHUNK, np.uint32), fractions.dtype.type
     for j in range(begin, stop):
         outside[j] = 0

@@ -7,13 +7,14 @@ import numpy as np
 from lfssao.ao.estimators.vo.kernels import local_frame as frame
 from lfssao.ao.estimators.vo.kernels.local_frame import FIRST, PLACE, POINT, SECOND, STEEP, TOTAL
 from lfssao.ao.kernels.spans import CHUNK, load, slot
-from lfssao.core.intrinsics import scratch, scratch_slots
+from lfssao.core.intrinsics import on_the_stack, scratch
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import hold_inside, last_below, texel_number
 
 # Slots of this kernel's own. FIRST and SECOND are the linear rows of R t and R b.
 _THIRD = 21  # the linear rows of R n
 _NORMAL = 25
+_slots = on_the_stack(28 * CHUNK)
 
 ANY, NEAR, SMOOTH = 0, 1, 2  # range checks
 
@@ -100,7 +101,7 @@ def oriented_occlusion(begin, stop, seen, surface, half, turns, occlusion, outsi
     """
     size, fractions, count = occlusion.shape, occlusion.reshape(-1), half.points.shape[0]
     width = size[1]
-    slots, missed = scratch_slots(fractions.dtype), scratch(np.int32)
+    slots, missed = _slots(fractions.dtype), scratch(np.int32)
     for j in range(begin, stop):
         outside[j] = 0
         for chunk in range(0, width, CHUNK):

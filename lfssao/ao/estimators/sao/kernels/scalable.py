@@ -19,7 +19,7 @@ import numpy as np
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, ray_point, table_point
 from lfssao.ao.kernels.spans import CHUNK, slot
 from lfssao.core.elementary import power
-from lfssao.core.intrinsics import scratch, scratch_slots
+from lfssao.core.intrinsics import on_the_stack, scratch
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import linear_row
 from lfssao.samples.kernels.spiral import rotated
@@ -34,6 +34,7 @@ _N = 5  # its normal: x, y, z
 _LESS = 8  # what is taken off u.n
 _ACROSS, _DOWN = 9, 10  # h_u and h_v of a tap at the spiral's end
 _TOTAL = 11
+_slots = on_the_stack(12 * CHUNK)
 
 
 class Surface(NamedTuple):
@@ -230,7 +231,7 @@ def scalable_visibility(begin, stop, surface, hierarchy, taps, landing, rays, fa
     height, width = visibility.shape
     dtype = visibility.dtype.type
     zero, one, size = dtype(0), dtype(1), (height, width)
-    columns, values = scratch(np.int32), scratch_slots(visibility.dtype)
+    columns, values = scratch(np.int32), _slots(visibility.dtype)
     for j in range(begin, stop):
         missed = 0
         visibility[j, :] = one

@@ -9,7 +9,7 @@ from lfssao.ao.estimators.vo.kernels import local_frame as frame
 from lfssao.ao.estimators.vo.kernels.local_frame import E1, LOOK, PLACE, STEEP, TOTAL
 from lfssao.ao.kernels.spans import CHUNK, slot
 from lfssao.core.elementary import PI, log2
-from lfssao.core.intrinsics import scratch, scratch_slots
+from lfssao.core.intrinsics import scratch
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import hold_inside, last_below, texel_number
 
@@ -55,7 +55,7 @@ def line_occlusion(begin, stop, seen, disk, turns, radius, thickness, occlusion,
     """
     size, fractions = occlusion.shape, occlusion.reshape(-1)
     width = size[1]
-    slots, missed = scratch_slots(fractions.dtype), scratch(np.int32)
+    slots, missed = frame.frame_slots(fractions.dtype), scratch(np.int32)
     for j in range(begin, stop):
         outside[j] = 0
         for chunk in range(0, width, CHUNK):
@@ -201,7 +201,7 @@ def area_occlusion(begin, stop, seen, disk, pyramid, half_width, turns, radius, 
     """
     size, fractions = occlusion.shape, occlusion.reshape(-1)
     width = size[1]
-    slots, missed = scratch_slots(fractions.dtype), scratch(np.int32)
+    slots, missed = frame.frame_slots(fractions.dtype), scratch(np.int32)
     for j in range(begin, stop):
         outside[j] = 0
         for chunk in range(0, width, CHUNK):

@@ -27,7 +27,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lfssao.ao.kernels.spans import load, slot
+from lfssao.ao.kernels.spans import CHUNK, load, slot
+from lfssao.core.intrinsics import on_the_stack
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, affine_row, linear_row
@@ -46,6 +47,7 @@ LOOK = 21  # w
 E1 = 24  # e1'
 E2 = 27  # e2'
 SLOTS = 30
+frame_slots = on_the_stack(SLOTS * CHUNK)
 
 # A normal this near to edge-on, or turned away from the viewer, counts as this near: the plane's slope stays finite.
 EDGE_ON = 2.0**-20

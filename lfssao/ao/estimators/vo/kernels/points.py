@@ -8,7 +8,7 @@ from lfssao.ao.estimators.vo.kernels import local_frame as frame
 from lfssao.ao.estimators.vo.kernels.local_frame import PLACE, POINT, STEEP, TILE, TOTAL
 from lfssao.ao.kernels.spans import CHUNK, load, slot
 from lfssao.ao.kernels.ssao import offset_row, transform_offsets, turned_offset
-from lfssao.core.intrinsics import scratch, scratch_slots
+from lfssao.core.intrinsics import scratch
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX, Projection, hold_inside, last_below, linear_row, texel_number
 
@@ -114,7 +114,7 @@ def point_occlusion(begin, stop, seen, ball, turns, radius, thickness, occlusion
     size, fractions, offsets = occlusion.shape, occlusion.reshape(-1), ball.offsets
     width = size[1]
     ends = transform_offsets(offsets, Projection(MATRIX, seen.rows), turns)
-    slots, missed = scratch_slots(fractions.dtype), scratch(np.int32)
+    slots, missed = frame.frame_slots(fractions.dtype), scratch(np.int32)
     for j in range(begin, stop):
         outside[j] = 0
         for chunk in range(0, width, CHUNK):

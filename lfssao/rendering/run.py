@@ -29,7 +29,6 @@ from lfssao.rendering.passes import Textures, render_view
 from lfssao.rendering.viewer import LightField
 
 Results = Generator[output.Result, None, None]
-
 _MOST_TEXELS = 2**31 - 1  # kernels count texels in int32
 
 

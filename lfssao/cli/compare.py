@@ -19,6 +19,7 @@ _HELP = {
     "for files of all layers; may be given several times",
     "--stored": "float32 values of a layer went through a format: half, unorm8, unorm16 or srgb8, or 8-bit colours are "
     "linear, as in shaded=unorm8; may be given several times",
+    "--background": "value of MINE's depth and positions where there is no surface (default: infinity)",
     "--layers": "compare these layers of REFERENCE only (default: all)",
     "--cases": "compare these cases of a kit only (default: all)",
     "--exact": "fail where bits differ",
@@ -49,6 +50,7 @@ def add_to(compare: argparse.ArgumentParser) -> None:
     add("--map", action="append", default=[], metavar="MINE=REFERENCE")
     add("--files", action="append", default=[], metavar="PATTERN=LAYER")
     add("--stored", action="append", default=[], metavar="LAYER=FORMAT")
+    add("--background", type=float, metavar="VALUE")
     add("--layers", metavar="NAME,...")
     add("--cases", metavar="NAME,...")
     add("--exact", action="store_true")
@@ -82,6 +84,7 @@ def _compare(options: argparse.Namespace) -> int:
         page=options.html is not None,
         stored=dict(_pairs("--stored", options.stored, "LAYER=FORMAT", 0)),
         files=options.files,
+        background=options.background,
     )
     with progress(comparison.modules, unit="module") as bar:
         for module in bar:

@@ -198,6 +198,11 @@ def _view(lens: NDArray[np.float64], eye_from_world: Matrix, width: int, height:
     )
 
 
+def with_lens(view: View, lens: NDArray[np.float64], eye_from_world: Matrix) -> View:
+    """A camera's view with other numbers of its lens, (8,), or another map to its eye space, (3, 4), float64."""
+    return replace(_view(lens, eye_from_world, view.width, view.height, view.guard), name=view.name)
+
+
 def _screen_matrices(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
     """Eye -> screen and back: u = c_u + f_u x / w, v = c_v - f_v y / w.
 

@@ -17,7 +17,7 @@ from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.compare.source import Reference
 from lfssao.verify.diagnosis import diagnose
-from lfssao.verify.diagnosis.diagnose import Wrong
+from lfssao.verify.diagnosis.diagnose import WrongTexture
 from lfssao.verify.judge import inputs_of, judge
 from lfssao.verify.verdict import Verdict
 
@@ -285,9 +285,9 @@ def tried(monkeypatch):
     """All changes that searches try."""
     found, best = [], diagnose.Search.best
 
-    def spy(search, changes):
-        found.extend(changes)
-        return best(search, changes)
+    def spy(search):
+        found.extend(search.changes)
+        return best(search)
 
     monkeypatch.setattr(diagnose.Search, "best", spy)
     return found
@@ -312,8 +312,8 @@ def test_a_planted_bug_is_named(bug, number, folder, tmp_path, tried):
     assert (best.kind, found.fits) == (bug.kind.format(*values), True), found.words("M")
     for value, planted in zip(best.values, values, strict=False):  # some values stand in the name
         assert agrees(best.kind, value, planted)
-    grids = [grid for change in tried if change.kind == best.kind for grid in change.grids]
-    assert not {value for grid in grids for value in grid} & set(values)
+    axes = [axis for change in tried if change.kind == best.kind for axis in change.axes]
+    assert not {axis.value(step) for axis in axes for step in axis.steps} & set(values)
 
 
 @pytest.mark.parametrize("number", range(2))
@@ -394,5 +394,5 @@ def test_a_count_of_equal_depths_is_named(folder):
         own["ao_2"] = r.ao(depth=flat, positions=own["positions"], samples=samples, behind=behind)
         judged = judge(own, case, "strict", ["ao_2"])["ao_2"]
         assert (judged.verdict is Verdict.OUTSIDE) == (kind is not None)
-    found = Wrong("ao_2", own["ao_2"], inputs_of(own, case), case, judged, MODELS["nearest"]).diagnose()
+    found = WrongTexture("ao_2", own["ao_2"], inputs_of(own, case), case, judged, MODELS["nearest"]).diagnose()
     assert (found.candidates[0].kind, found.fits) == (kind, True), found.words("M")

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.display import display_module, display_ray
-from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX
+from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, affine_row
 
 
 class Rays(NamedTuple):
@@ -92,6 +92,16 @@ def write_directions(begin, stop, rays, m, directions):
             directions[j, i, 0] = x / length if has_ray else 0.0
             directions[j, i, 1] = y / length if has_ray else 0.0
             directions[j, i, 2] = z / length if has_ray else 0.0
+
+
+@kernel
+def write_points(rays, m, u, v, z, points):
+    """Write world points, (n, 3), at cast z, (n,), on the rays through image points; m the map cast -> world, (12,)."""
+    for k in range(points.shape[0]):
+        ox, oy, _, dx, dy, _, _, _ = texel_ray(rays, u[k], v[k])
+        x, y = ox + z[k] * dx, oy + z[k] * dy
+        for row in range(3):
+            points[k, row] = affine_row(m, row, x, y, z[k])
 
 
 @kernel

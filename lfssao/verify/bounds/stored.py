@@ -59,24 +59,33 @@ class Stored:
             steps = np.abs(np.spacing(depth.astype(dtype))) if not largest else np.full(depth.shape, 1 / largest)
         return steps.astype(np.float64) / 2
 
-    def ends(self, lower: NDArray[Any], upper: NDArray[Any], model: ErrorModel) -> tuple[Texture, Texture]:
-        """Smallest and largest of what is read of values between two, of any shape."""
+    @property
+    def has_codes(self) -> bool:
+        """Whether numbers are stored as whole numbers of steps."""
+        return FORMATS[self.format][1] > 0 and self.format != "srgb8"
+
+    def ends(
+        self, lower: NDArray[Any], upper: NDArray[Any], model: ErrorModel, floor: bool = False
+    ) -> tuple[Texture, Texture]:
+        """Smallest and largest of what is read of values between two, of any shape; ``floor`` cuts codes."""
         low, high, room = lower.astype(np.float64), upper.astype(np.float64), FORMATS[self.format][2]
         turned = 0.0 if model.exact or not self.visibility else model.quotient  # a subtraction, or (N - k) / N
         low, high = (1 - high, 1 - low) if self.visibility else (low, high)
         low, high = (
-            _moved(self._nearest(_moved(end, sign * (room + turned))), sign * room)
+            _moved(self._nearest(_moved(end, sign * (room + turned)), floor), sign * room)
             for end, sign in ((low, -1), (high, 1))
         )
         low, high = (1 - high, 1 - low) if self.visibility else (low, high)
         return low.astype(np.float32), high.astype(np.float32)
 
-    def _nearest(self, values: FloatArray) -> FloatArray:
+    def _nearest(self, values: FloatArray, floor: bool = False) -> FloatArray:
         dtype, largest, _ = FORMATS[self.format]
         if self.format == "srgb8":
             return to_linear(to_codes(values)).astype(np.float64)
         if largest:
-            return np.asarray(self._cleared(np.rint(np.clip(values, 0, 1) * largest) / largest))
+            return np.asarray(
+                self._cleared((np.floor if floor else np.rint)(np.clip(values, 0, 1) * largest) / largest)
+            )
         with np.errstate(over="ignore"):  # beyond the largest number is infinity
             return values.astype(dtype).astype(np.float64)
 

@@ -5,11 +5,14 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from lfssao.core.memory import check_available
 from lfssao.errors import InputError
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import BOUNDED
-from lfssao.verify.case import VIEW, Case
+from lfssao.verify.case import VIEW, Array, Case
+from lfssao.verify.compare.background import PLACED, found_background, replaced, with_background
 from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, check_comparable
@@ -22,7 +25,7 @@ from lfssao.verify.compare.source import Mine, Reference
 from lfssao.verify.compare.surface import Surface
 from lfssao.verify.judge import judge
 from lfssao.verify.kit.stages import MODEL
-from lfssao.verify.verdict import Verdict, equal_bits
+from lfssao.verify.verdict import Flags, Verdict, equal_bits
 
 
 def compare(
@@ -41,6 +44,7 @@ def compare(
     page: bool = False,
     stored: Mapping[str, str] | None = None,
     files: Files = (),
+    background: float | None = None,
 ) -> Report:
     """Compare another renderer's textures with a reference.
 
@@ -69,6 +73,8 @@ def compare(
         Whether the report keeps textures for ``write_html``.
     stored, files : mappings, optional
         Formats of layers, and layers by patterns of files' names, as ``--stored`` and ``--files`` have them.
+    background : float, optional
+        Value of the other renderer's depth and positions where there is no surface; infinity by default.
 
     Returns
     -------
@@ -87,7 +93,7 @@ def compare(
     >>> lfssao.compare("mine.npy", "reference.npy").exit_code
     2
     """
-    chosen = cases, Tolerance(fail, fail_percent), mesh, diagnosis, page, stored, files
+    chosen = cases, Tolerance(fail, fail_percent), mesh, diagnosis, page, stored, files, background
     comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, *chosen)
     for module in comparison.modules:
         comparison.add(module)
@@ -115,10 +121,12 @@ class Comparison:
         page: bool = False,
         stored: Mapping[str, str] | None = None,
         files: Files = (),
+        background: float | None = None,
     ) -> None:
         if exact and tolerance:
             raise InputError("--exact asks for equal bits: it goes without --fail and --fail-percent")
         self._model, self._storage = find_model(model), Storage(stored or {}, rules)
+        self._background = background
         self._reference = Reference.open(reference)
         self._mine = Mine.open(mine, self._reference, files)
         self.modules = self._reference.chosen(cases)
@@ -189,12 +197,14 @@ class Comparison:
         layers = {name: layer for name, layer in found.items() if isinstance(layer, Layer)}
         mine = {name: layer.texture.reshape(case.outputs[name].shape) for name, layer in layers.items()}
         stored = {name: layer.stored for name, layer in layers.items() if layer.stored is not None}
+        empty = self._without_background(mine, case)
         names = [layer.name for layer in wanted if layer.name in layers]
         seen = [name for name in names if name in ("depth", "color")]
         if self._surface is not None and any(not equal_bits(mine[n], case.outputs[n]).all() for n in seen):
             shape = case.outputs["depth"].shape if "depth" in case.outputs else ()  # casting rays takes long
             case = replace(case, bounds=self._surface.bounds(self._reference.entries[module], shape, self._model))
         judgements = judge(mine, case, self._model, names, stored)
+        judgements |= {name: with_background(judgements[name], empty[name][1]) for name in names if name in empty}
         lacking = _without_intervals(list(case.outputs)) if case.stage == VIEW else set()
         panels = Panels(module)
         for right in wanted:
@@ -207,7 +217,9 @@ class Comparison:
             result = result_of(module, own, right, judgements[name], self._tolerance, reason, case.outputs.get("depth"))
             judged = replace(judgements[name], verdict=result.verdict)
             if self._diagnoser is not None:
-                cause = self._diagnoser.diagnose(module, name, mine, case, judged, own.stored)
+                value = empty[name][0] if name in empty else None
+                known = own.stored, own.channels[0], value
+                cause = self._diagnoser.diagnose(module, name, mine, case, judged, *known)
                 result = replace(result, diagnosis=cause)
             self._results.append(result)
             if self._panels is None or self._panels.rank < WORST_RANK:
@@ -222,6 +234,29 @@ class Comparison:
                 self._notes.append(f"{module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
         if self._panels is None or panels.rank > self._panels.rank:
             self._panels = panels
+
+    def _without_background(self, mine: dict[str, Array], case: Case) -> dict[str, tuple[float, Flags]]:
+        """Give the renderer's depth and positions the reference's background; return what stood there otherwise.
+
+        Returned are, by the textures' names, a value that all texels without surface share and the user does not
+        accept, and the texels of depth and positions that have it. Occlusion keeps its own, as later stages read it.
+        """
+        depth, found = case.outputs.get("depth"), {}
+        if case.stage != VIEW or depth is None:
+            return {}
+        for name in list(mine):
+            placed = name in PLACED
+            value = self._background if placed else None
+            if value is None:
+                value = found_background(name, mine[name], depth)
+            if value is None:
+                continue
+            flags = np.zeros(0, np.bool_)
+            if placed:
+                mine[name], flags = replaced(mine[name], value)
+            if self._background is None or not placed:
+                found[name] = value, flags
+        return found
 
     def report(self) -> Report:
         """The report on the modules that were added; InputError if a rule or layer names nothing of the reference."""

@@ -1,25 +1,31 @@
-"""Diagnoses of a comparison's modules, one after the other: one that fits is tried first on the next texture."""
+"""Diagnoses of a comparison's modules, one after the other: what explains one texture is tried first on the next."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import cached_property
 from typing import Any
 
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
+from lfssao.optics.display import Display
+from lfssao.rendering.folder import display_of, reading_manifest
 from lfssao.rendering.image_file import read_image_file
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import VIEW, Arrays, Case, described_mapping
+from lfssao.verify.case import VIEW, Arrays, Case, described_view
+from lfssao.verify.compare.background import background_candidate
 from lfssao.verify.compare.layers import layers_of
 from lfssao.verify.compare.source import Reference
-from lfssao.verify.diagnosis.diagnose import Diagnosis, Wrong
+from lfssao.verify.diagnosis.diagnose import Diagnosis, WrongTexture
+from lfssao.verify.diagnosis.search import Candidate
+from lfssao.verify.diagnosis.views import Sight, sight_of
 from lfssao.verify.judge import inputs_of
 from lfssao.verify.verdict import Judgement, Verdict
 
 _MOST_MODULES = 6  # whose depth is tried: each takes a file to read
-_WRONG = (Verdict.OUTSIDE, Verdict.DIFFERENT)
+WRONG = (Verdict.OUTSIDE, Verdict.DIFFERENT)
 
 
 class Diagnoser:
@@ -29,30 +35,86 @@ class Diagnoser:
         self._reference, self._model = reference, MODELS["nearest"] if model.exact else model
         self._names = list(reference.files)
         self._opposite = dict(zip(self._names, reversed(self._names), strict=True))  # modules in reverse order
-        self._found: dict[str, list[Diagnosis]] = defaultdict(list)  # by stage
+        self._found: dict[str, list[Candidate]] = defaultdict(list)  # that explain a stage, the first first
+        self._shared: Counter[Candidate] = Counter()  # numbers of the view, by the textures that they explain
         self._given_up: set[str] = set()  # stages in which nothing fitted
 
     def diagnose(
-        self, module: str, name: str, mine: Arrays, case: Case, judged: Judgement, stored: Stored | None
+        self,
+        module: str,
+        name: str,
+        mine: Arrays,
+        case: Case,
+        judged: Judgement,
+        stored: Stored | None,
+        channel: str,
+        background: float | None,
     ) -> Diagnosis | None:
-        """The diagnosis of a texture that is wrong, else None; a stage that could not be explained is tried once."""
+        """The diagnosis of a texture that is wrong, else None.
+
+        A number of the view that explained any stage is tried first. A stage that could not be explained is searched
+        once. ``channel`` is the renderer's own name of the texture, ``background`` the wrong value that it had where
+        there is no surface, None if that was right.
+        """
         stage = name.rpartition("_")[0] if name.startswith("ao_") else name
-        if case.stage != VIEW or judged.verdict not in _WRONG or stage in self._given_up:
+        if case.stage != VIEW or judged.verdict not in WRONG:
             return None
-        others = {self._words(module, other): other for other in self._reference.files if other != module}
-        cases = {words: self._reference.described(other) for words, other in others.items()}
-        mappings = {words: described_mapping(case.parameters) for words, case in cases.items()}
-        known = stored, mappings, lambda: dict(self._depths(module))
-        wrong = Wrong(name, mine[name], inputs_of(mine, case), case, judged, self._model, *known)
-        found = wrong.diagnose(self._found[stage])
-        if found is not None and found.fits:
-            self._found[stage].append(found)
-        elif found is not None:
+        wrong = WrongTexture(
+            name,
+            mine[name],
+            inputs_of(mine, case),
+            case,
+            judged,
+            self._model,
+            stored,
+            display=self._place(module),
+            others={words: self._sights[other] for words, other in self._others(module).items()},
+            depths=lambda: dict(self._depths(module)),
+            sampling=(self._reference.manifest or {}).get("sampling") or {},
+            channel=channel,
+            background=None if background is None else background_candidate(name, background),
+        )
+        known = [*(each for each, _ in self._shared.most_common()), *self._found[stage]]
+        found = wrong.diagnose(list(dict.fromkeys(known)), search=stage not in self._given_up)
+        if found is None:
+            return None
+        if not found.fits:
             self._given_up.add(stage)
+        for each in found.candidates if found.fits else ():
+            if each.shared:
+                self._shared[each] += 1
+            elif each.kind != "background" and each not in self._found[stage]:
+                self._found[stage].append(each)
         return found
 
+    @cached_property
+    def _display(self) -> Display | None:
+        """The display of the reference's manifest, if it has one."""
+        manifest, entries = self._reference.manifest or {}, self._reference.entries
+        if manifest.get("display") is None:
+            return None
+        with suppress(InputError, ValueError), reading_manifest(self._reference.path):
+            return display_of(manifest["display"], {_number(name): entry for name, entry in entries.items()})
+        return None
+
+    def _place(self, module: str) -> tuple[Display, int] | None:
+        return None if self._display is None else (self._display, _number(module))
+
+    @cached_property
+    def _sights(self) -> dict[str, Sight]:
+        """How each module sees the scene."""
+        made = {}
+        for name in self._names:
+            view = described_view(self._reference.described(name).parameters)
+            display, index = self._place(name) or (None, None)
+            made[name] = sight_of(view, display, index)
+        return made
+
+    def _others(self, module: str) -> dict[str, str]:
+        """Other modules, each by its name and whether it is this one's in reverse order."""
+        return {self._words(module, other): other for other in self._names if other != module}
+
     def _words(self, module: str, other: str) -> str:
-        """Another module's name, and whether it is this one's in reverse order."""
         return f"{other} (modules in reverse order)" if self._opposite[module] == other else other
 
     def _depths(self, module: str) -> Iterator[tuple[str, NDArray[Any]]]:
@@ -65,3 +127,7 @@ class Diagnoser:
                 for layer in layers_of(read_image_file(self._reference.files[other])):
                     if layer.name == "depth":
                         yield f"the depth of {self._words(module, other)}", layer.texture
+
+
+def _number(module: str) -> int:
+    return int(module.removeprefix("module_"))

@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from xml.etree import ElementTree
 
 from lfssao.core.files import write_text
 from lfssao.errors import InputError
+from lfssao.verify.compare.causes import Cause, causes_of
 from lfssao.verify.compare.layers import stage_order
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import Panels, save_panels
@@ -90,6 +92,11 @@ class Report:
         worst = max((self.code(result) for result in self.results), default=SAME)
         return WARNING if worst == SAME and self.notes else worst
 
+    @cached_property
+    def causes(self) -> tuple[Cause, ...]:
+        """The changes of the reference that explain textures, each for all stages and modules."""
+        return causes_of(self.results)
+
     @property
     def outcome(self) -> str:
         """The exit code and what it means, in words."""
@@ -126,13 +133,16 @@ class Report:
         yield ""
         yield from _table(self.summary())
         failing = [r for r in self.results if self.code(r) > WARNING and not _is_missing(r)]
+        shared = [cause for cause in self.causes if len(cause.places) > 1]
         for result in failing[:_MOST_LINES]:
             yield f"{result.place}: {result.sentence}"
             yield from (f"  {found.words(part)}" for part, found in result.agreement.items())
-            if result.diagnosis is not None:
+            alone = sum(result.place in cause.places for cause in shared) == 0
+            if result.diagnosis is not None and alone:
                 yield f"  {result.diagnosis.words(result.module)}"
         if len(failing) > _MOST_LINES:
             yield f"... and {len(failing) - _MOST_LINES} more"
+        yield from (cause.words for cause in shared)
         shown = max((r for r in self.results if r.worst), key=self.code, default=None)
         if shown is not None and (self.code(shown) > SAME or self.exit_code <= WARNING):
             yield f"worst texels (column, row) of {shown.place}:"
@@ -187,6 +197,7 @@ class Report:
             "first_difference": first and {"module": first.module, "layer": first.layer},
             "first_failure": failure and {"module": failure.module, "layer": failure.layer},
             "notes": list(self.notes),
+            "causes": [_json_numbers(asdict(cause)) for cause in self.causes],
             "results": [
                 _json_numbers({**asdict(r), "verdict": r.verdict.title, "exit_code": self.code(r)})
                 for r in self.results

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.ao.textures import Buffers
+from lfssao.optics.display import Display
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import WorldToImage, without_guard
 from lfssao.verify.bounds.bounds import FloatArray
@@ -20,15 +21,15 @@ from lfssao.verify.case import Arrays, Case, described_mapping, described_option
 from lfssao.verify.diagnosis import post, surface
 from lfssao.verify.diagnosis.estimated import Estimated, face_normals
 from lfssao.verify.diagnosis.occlusion import Occlusion
-from lfssao.verify.diagnosis.search import Candidate, Found, Places, Problem, Search, fits
-from lfssao.verify.verdict import Judgement, texels
+from lfssao.verify.diagnosis.search import FEWEST, NEAR, Candidate, Change, Places, Problem, Sample, Search, Trial
+from lfssao.verify.diagnosis.views import Sight, sight_of
+from lfssao.verify.verdict import Flags, Judgement, texels
 
-_SEARCHED = 2400  # texels
-_SEARCHED_IN_ALL = 240_000  # times samples or taps
-_POLISHED = 500_000  # samples or taps of the texels that the best change's values are made good on
-_MOST = 2_000_000  # samples or taps that the share is counted over
+_SCREENED = 256  # texels on which all changes are tried
+_SEARCHED = 2400  # on which the best are refined
+_POLISHED = 400_000  # samples or taps of the texels that the best change's values are made good on
+_MOST = 2_000_000  # samples or taps that shares are counted over
 _FEWEST = 2_000  # texels
-_SAME = 0.01  # of the wrong texels: so many may stay wrong by the values of another texture
 Texels = dict[str, Any]  # what all problems have, by the names of their fields
 
 
@@ -36,19 +37,35 @@ Texels = dict[str, Any]  # what all problems have, by the names of their fields
 class Diagnosis:
     """Changes of the reference that were tried on one texture."""
 
-    fits: bool  # whether the first candidate explains it: at most a twentieth of the wrong texels stay wrong
-    candidates: tuple[Candidate, ...]  # the best, at most two, the best first
+    fits: bool  # whether the first candidate explains it
+    candidates: tuple[Candidate, ...]  # the best, at most two, the best first; none if nothing comes near
     without: float  # share of the surface texels, 0 to 1, that agree with the reference as it is
     texels: int  # number of surface texels that the candidates' shares are of
+    wrong: int  # number of wrong surface texels that shares of wrong texels are of
+    nearest: float = 0.0  # share of the wrong texels that the nearest change explains, less those that it makes wrong
+    left_out: int = 0  # number of wrong texels of which a sample leaves the texture, if these were left out
+    subject: str = "the reference"  # whose settings were varied, such as an estimator
+    background: str = ""  # what stands where there is no surface, if that is wrong
 
     def words(self, module: str) -> str:
-        """The diagnosis of a module's texture as a sentence."""
-        where, without = f"the surface texels of {module}", f"{_percent(self.without)} agree without it"
-        best = self.candidates[0]
-        if self.fits:
-            return f"{best.words} explains {_percent(best.share)} of {where} ({without})"
-        tried = ", ".join(f"{c.words} ({_percent(c.share)})" for c in self.candidates)
-        return f"no change that was tried explains {where} ({_percent(self.without)} agree); the nearest: {tried}"
+        """The diagnosis of a module's texture in sentences."""
+        if not self.wrong:
+            hint = self.candidates[0].hint
+            return f"{self.candidates[0].words} in {module}, whose surface is right{hint and f': {hint}'}"
+        before = f"{self.background}; " if self.background else ""
+        if self.wrong < FEWEST:
+            return f"{before}{self.wrong} wrong texels of {module} are too few to tell a cause"
+        if not self.candidates:
+            share = f"(best {_percent(max(self.nearest, 0.0))} of {self.wrong} wrong texels)"
+            return f"{before}no setting of {self.subject} comes near {module} {share}"
+        best, number = self.candidates[0], f"the {self.wrong} wrong texels of {module}"
+        if not self.fits:
+            found = f"the nearest, {best.words}, explains {_percent(best.explained)}"
+            return f"{before}no change that was tried explains {number}; {found}"
+        decided = "all" if best.decided == 1 else _percent(best.decided)
+        told = f"{best.words} explains {_percent(best.explained)} of {number} and decides {decided}"
+        rest = f" (without {self.left_out} of which a sample leaves the texture)" if self.left_out else ""
+        return f"{before}{told}{rest}{best.hint and f': {best.hint}'}"
 
 
 def _percent(share: float) -> str:
@@ -63,8 +80,8 @@ def _spread(places: Places, most: int) -> Places:
 
 
 @dataclass(frozen=True, eq=False)
-class Wrong:
-    """A wrong texture of a view, and all that may tell the cause."""
+class WrongTexture:
+    """A wrong texture of a view and what its cause is searched in."""
 
     name: str
     mine: NDArray[Any]  # the texture, (H, W) or (H, W, 3)
@@ -73,45 +90,120 @@ class Wrong:
     judged: Judgement
     model: ErrorModel  # not an exact one
     stored: Stored | None = None  # the texture's format
-    mappings: Mapping[str, WorldToImage] = field(default_factory=dict)  # of other modules, by name
+    display: tuple[Display, int] | None = None  # the display, and the module's number
+    others: Mapping[str, WorldToImage | Sight] = field(default_factory=dict)  # other modules, by name
     depths: Callable[[], Mapping[str, NDArray[Any]]] = dict  # of other modules, by what is wrong with them
+    sampling: Mapping[str, Any] = field(default_factory=dict)  # method and seed of the samples
+    channel: str = ""  # the renderer's own name of the texture
+    background: Candidate | None = None  # what stood where there is no surface, if that was wrong
 
     @np.errstate(all="ignore")  # a broken texture may hold any numbers
-    def diagnose(self, first: Sequence[Diagnosis] = ()) -> Diagnosis | None:
-        """The change that explains the texture; None if none is known. Other textures' diagnoses are tried first."""
+    def diagnose(self, known: Sequence[Candidate] = (), search: bool = True) -> Diagnosis | None:
+        """The change that explains the texture; None if none can be known.
+
+        Known candidates, of other textures, are tried first; without ``search`` nothing else is.
+        """
         depth, wrong = self.inputs.get("depth"), texels(self.judged.outside)
         seen = np.True_ if depth is None else np.isfinite(self._cropped(depth))
         bad, good = np.flatnonzero(wrong & seen), np.flatnonzero(~wrong & seen)
+        if len(bad) == 0 and self.background is not None:
+            return Diagnosis(True, (self.background,), 1.0, len(good), 0)
+        found = self._surface(bad, good, known, search)
+        if found is None or self.background is None:
+            return found
+        return replace(found, background=f"{self.background.words}: {self.background.hint}".removesuffix(": "))
+
+    def _surface(self, bad: Places, good: Places, known: Sequence[Candidate], search: bool) -> Diagnosis | None:
+        """The diagnosis of the wrong texels that see a surface, and of others."""
         problem = self._problem(bad[:1]) if len(bad) else None
         if problem is None:
             return None
-        cost, without = problem.cost, len(good) / (len(good) + len(bad))
+        if len(bad) < FEWEST:
+            return Diagnosis(False, (), len(good) / (len(good) + len(bad)), len(good) + len(bad), len(bad))
+        found = self._explained(bad, good, problem.cost, known, search)
+        if found is None or found.fits or not search:
+            return found
+        leaving = self._leaving(bad), self._leaving(good)
+        inner = bad[~leaving[0]]
+        if len(inner) < min(0.95 * len(bad), len(bad) - 1) and len(inner) > 0:
+            other = self._explained(inner, good[~leaving[1]], problem.cost, known, True)
+            if other is not None and other.fits:
+                return replace(other, left_out=len(bad) - len(inner))
+        return found
 
-        def drawn(most: int) -> Search:
+    def _leaving(self, places: Places) -> Flags:
+        """Whether a sample of a texel may leave the texture."""
+        problem = self._problem(places)
+        assert problem is not None
+        return problem.leaves()
+
+    def _explained(
+        self, bad: Places, good: Places, cost: int, known: Sequence[Candidate], search: bool
+    ) -> Diagnosis | None:
+        """The diagnosis of wrong texels among others."""
+
+        def drawn(most: int) -> Sample:
             """Texels, up to half of them wrong ones, each with the weight of those that it stands for."""
             picks = [_spread(bad, most // 2)]
             picks.append(_spread(good, most - len(picks[0])))
             weights = [np.full(len(p), len(all_) / max(len(p), 1)) for p, all_ in zip(picks, (bad, good), strict=True)]
             problem = self._problem(np.concatenate(picks))
             assert problem is not None
-            return Search(problem, np.concatenate(weights) / (len(bad) + len(good)))
+            flags = np.arange(len(problem.columns)) < len(picks[0])
+            return Sample(problem, flags, np.concatenate(weights) / (len(bad) + len(good)), len(bad))
 
-        search, counted = drawn(min(_SEARCHED, max(_SEARCHED_IN_ALL // cost, 100))), drawn(max(_MOST // cost, _FEWEST))
+        counted = drawn(max(_MOST // cost, _FEWEST))
         if isinstance(counted.problem, Estimated):  # by bounds of its own, where some are known
             counted = replace(counted, problem=counted.problem.changed(model=self.model))
-        changes, known = search.problem.changes(), {d.candidates[0].kind: d.candidates[0] for d in first if d.fits}
-        likely = [change for change in changes if change.kind in known]
-        for change in likely:  # a texture of the same cause: a tenth of a second, where a search takes two
-            same = counted.candidate(Found(change, known[change.kind].values, 0.0, 0.0))
-            if 1.0 - same.share <= _SAME * (1.0 - without):
-                return Diagnosis(True, (same,), without, len(counted.weights))
-        found = search.best(likely) if likely else []
-        if not found or not fits(found[0].share, without):
-            found = search.best(changes)
-        if self.name in self._layers:  # counts have steps: fewer texels leave values open
-            found[0] = drawn(max(_POLISHED // cost, _FEWEST)).polished(found[0])
-        told = tuple(counted.candidate(each) for each in found[:2])
-        return Diagnosis(fits(told[0].share, without), told, without, len(counted.weights))
+        small, large = drawn(_SCREENED), drawn(_SEARCHED)
+        changes = small.problem.changes()
+        by_kind = {change.kind: change for change in changes}
+        told = [self._again(each, by_kind, large, counted) for each in known]
+        best = next((trial for trial in told if trial is not None), None)
+        if best is None and not search:
+            return None
+        found = [best] if best is not None else self._searched(Search(small, large, changes), counted, cost, drawn)
+        made = tuple(self._candidate(counted.trial(trial.change, trial.steps)) for trial in found[:2])
+        share = (1.0 - counted.before, len(counted.weights), len(bad))
+        subject = self.case.parameters["estimator"] if self.name in self._layers else f"the reference's {self.name}"
+        if found and counted.fits(counted.trial(found[0].change, found[0].steps)):
+            return Diagnosis(True, made, *share, subject=subject)
+        gains = [counted.gain(counted.trial(trial.change, trial.steps)) for trial in found[:2]]
+        near = tuple(c for c, gain in zip(made, gains, strict=True) if gain >= NEAR)
+        return Diagnosis(False, near, *share, max(gains, default=0.0), subject=subject)
+
+    def _searched(self, search: Search, counted: Sample, cost: int, drawn: Callable[[int], Sample]) -> Sequence[Trial]:
+        """What a search finds, its values made good on more texels, the best first."""
+        found = list(search.best())
+        fitting = [trial for trial in found if search.large.fits(trial)][:3]
+        if self.name not in self._layers or isinstance(counted.problem, Estimated) or not fitting:
+            return found
+        more = drawn(max(_POLISHED // cost, _FEWEST))  # counts have steps: fewer texels leave values open
+        polished = [more.refined(t, 1.1, 8) if t.steps else more.trial(t.change, ()) for t in fitting]
+        fewest = min(len(trial.steps) for trial in polished)
+        polished.sort(key=lambda t: (len(t.steps) > fewest, t.cost))
+        return [*polished, *found]
+
+    def _again(self, known: Candidate, changes: Mapping[str, Change], large: Sample, counted: Sample) -> Trial | None:
+        """A change of another texture, with its values or others near them, if it explains this one."""
+        change = changes.get(known.kind)
+        if change is None or len(change.axes) != len(known.values):
+            return None
+        steps = tuple(axis.step(value) for axis, value in zip(change.axes, known.values, strict=True))
+        trial = counted.trial(change, steps)
+        if counted.fits(trial) or not steps or known.shared:
+            return trial if counted.fits(trial) else None
+        trial = counted.trial(change, large.refined(large.trial(change, steps), 1.2).steps)
+        return trial if counted.fits(trial) else None
+
+    def _candidate(self, trial: Trial) -> Candidate:
+        """The candidate of a trial on the counted texels."""
+        change, hint = trial.change, trial.change.hint.replace("{layer}=", "{own}=")
+        told = hint.format(own=self.channel or self.name, layer=self.name)
+        shares = 1.0 - trial.left, trial.decided, trial.explained
+        return Candidate(
+            change.kind, change.values(trial.steps), change.text(trial.steps), *shares, change.shared, told
+        )
 
     def _cropped(self, texture: NDArray[Any]) -> NDArray[Any]:
         """A texture without the guard band by which it is larger than this one."""
@@ -143,8 +235,25 @@ class Wrong:
         textures = self.inputs["depth"], self.inputs["positions"]
         return face_normals(Buffers(described_view(self.case.parameters), *textures))
 
+    @cached_property
+    def _view(self) -> Texels:
+        """The reference's sight, the centre of its region of interest, and other modules' sights."""
+        display, index = self.display or (None, None)
+        sight = sight_of(described_view(self.case.parameters), display, index)
+        centre = None if display is None else np.mean(np.array(display.roi, np.float64), axis=0)
+        others = {
+            name: other if isinstance(other, Sight) else replace(sight, view=replace(sight.view, world_to_image=other))
+            for name, other in self.others.items()
+        }
+        return {"sight": sight, "centre": centre, "others": others}
+
     def _problem(self, places: Places) -> Problem | None:
         """The problem of some texels, by their numbers; None if a texture that it is made of is not known."""
+        rows, columns = np.divmod(places, self.mine.shape[1])
+        return self._problem_at(_taken(self.mine, columns, rows), columns, rows)
+
+    def _problem_at(self, own: FloatArray, columns: Places, rows: Places) -> Problem | None:
+        """The problem of numbers that stand for texels."""
         makers: dict[str, Callable[[Texels], Problem | None]] = {
             "depth": self._image,
             "positions": self._positions,
@@ -156,20 +265,28 @@ class Wrong:
         }
         if self.name not in makers:
             return None
-        rows, columns = np.divmod(places, self.mine.shape[1])
-        own, bounds = _taken(self.mine, columns, rows), self.judged.bounds
+        bounds, (height, width) = self.judged.bounds, self.mine.shape[:2]
         room = np.zeros_like(own)
         if bounds is not None:
             room = _taken(bounds.upper, columns, rows) - _taken(bounds.lower, columns, rows)
-        store = None if self.stored is None else partial(self.stored.ends, model=self.model)
-        return makers[self.name]({"mine": own, "columns": columns, "rows": rows, "room": room, "store": store})
+
+        def flipped(across: bool, down: bool) -> Problem | None:
+            places = width - 1 - columns if across else columns, height - 1 - rows if down else rows
+            return self._problem_at(own, *places)
+
+        at: Texels = {"mine": own, "columns": columns, "rows": rows, "room": room, "flipped": flipped}
+        if self.stored is not None:
+            at["store"] = partial(self.stored.ends, model=self.model)
+            at["floored"] = partial(self.stored.ends, model=self.model, floor=True) if self.stored.has_codes else None
+        return makers[self.name](at)
 
     def _image(self, at: Texels) -> surface.Image | None:
         if self._interval is None:
             return None
         if self.name == "color":
             return surface.Color(**at, **self._interval)
-        return surface.Depth(**at, **self._interval, model=self.model, others=self.depths)
+        view = {key: self._view[key] for key in ("sight", "centre")}
+        return surface.Depth(**at, **self._interval, **view, model=self.model, others=self.depths)
 
     def _positions(self, at: Texels) -> surface.Positions | None:
         depth, parameters = self.inputs.get("depth"), self.case.parameters
@@ -177,8 +294,8 @@ class Wrong:
             return None
         return surface.Positions(
             **at,
+            **self._view,
             depth=_taken(depth, at["columns"], at["rows"]),
-            mapping=described_mapping(parameters),
             model=self.model,
             cast_from_world=parameters["view"]["cast_from_world"],
             size=depth.shape[::-1],
@@ -190,8 +307,8 @@ class Wrong:
         if depth is None:
             return None
         guard = (len(depth) - len(self.mine)) // 2
-        at = {**at, "columns": at["columns"] + guard, "rows": at["rows"] + guard}
-        at |= {"rotation": self.case.parameters.get("rotation", "none")}
+        at = {**at, **self._view, "columns": at["columns"] + guard, "rows": at["rows"] + guard}
+        at |= {"rotation": self.case.parameters.get("rotation", "none"), "sampling": self.sampling}
         at |= {"seed": int(self.case.parameters.get("rotation_seed", 0)), "radius": self._layers[self.name]}
         return self._samples(at) if estimator in ("lf", "point", "hemisphere") else self._estimated(at)
 
@@ -222,16 +339,15 @@ class Wrong:
             depth=surfaces,
             points=points,
             errors=errors,
-            mapping=mapping,
             samples=samples,
             model=self.model,
             cast_from_world=parameters["view"]["cast_from_world"],
-            mappings=self.mappings,
             turns=None if turns is None else np.asarray(turns[:, y, x], np.float64),
             normals=_taken(inputs["normals"], x, y) if half else None,
             corners=corners,
             face_normals=_taken(self._face_normals, x, y) if half else None,
-            positions=positions if options.get("range_check") else None,
+            positions=positions,
+            reach=at["radius"] if options.get("range_check") else None,
             remap=bool(options.get("remap")),
         )
 

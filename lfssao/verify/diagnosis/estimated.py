@@ -16,16 +16,19 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators.estimator import Estimator, Value
 from lfssao.ao.estimators.registry import estimate
 from lfssao.ao.textures import Buffers, Texture
-from lfssao.samples import ROTATIONS, texel_turns
+from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX
+from lfssao.optics.view import View, WorldToImage
 from lfssao.verify.bounds.bounds import FloatArray
+from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.points import point_bounds
-from lfssao.verify.diagnosis.occlusion import other_tables
-from lfssao.verify.diagnosis.post import VALUES
-from lfssao.verify.diagnosis.search import FACTORS, Change, Problem, fixed, plain, scaled
+from lfssao.verify.bounds.points import BOUNDED, point_bounds
+from lfssao.verify.diagnosis.occlusion import other_tables, other_turns
+from lfssao.verify.diagnosis.post import half, of_texture
+from lfssao.verify.diagnosis.search import FACTOR, INSIDE, Axis, Change, Problem, fixed, plain, scaled
+from lfssao.verify.diagnosis.views import Sight, view_changes
+from lfssao.verify.verdict import Flags
 
-ROOM = 2e-5  # by which sums of a renderer in float32 are off, at least
-_SMALL = np.geomspace(1e-6, 1.0, 25)  # of an option's largest value, in place of 0
+ROOM = 2e-5  # by which sums of a renderer in float32 are off, where no interval of them is known
 _MOST_COUNT = 40  # of taps, turns and other whole numbers
 
 
@@ -39,39 +42,72 @@ class Estimated(Problem):
     points: FloatArray | None
     weights: FloatArray | None
     options: Mapping[str, Any]
+    sight: Sight
+    others: Mapping[str, Sight]  # of other modules, by name
+    centre: FloatArray | None  # of the region of interest, metres
+    sampling: Mapping[str, Any]  # method and seed of the points; empty where they are not known
     rotation: str  # the reference's, and its seed
     seed: int
+    border: str | None = None  # a rule of ``INSIDE`` by which texels inside stand for those beyond the border
     model: ErrorModel | None = None  # bounds of this model, where some are known, in place of the room
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The estimator's occlusion, with room for rounding."""
-        samples = self.points, self.weights
+        samples, name, buffers, guard = (self.points, self.weights), self.estimator.name, self.buffers, 0
+        if self.border is not None:
+            guard = self._guard
+            buffers = _padded(buffers, guard, self.border)
+        at = self.rows + guard, self.columns + guard
         if self.model is not None:
-            found = point_bounds(self.estimator.name, self.buffers, self.radius, *samples, self.options, self.model)
+            found = point_bounds(name, buffers, self.radius, *samples, self.options, self.model)
             if found is not None:
-                low, high = (end[self.rows, self.columns].astype(np.float64) for end in (found.lower, found.upper))
-                return low - ROOM, high + ROOM
-        made = estimate(self.estimator.name, self.buffers, self.radius, *samples, **self.options).texture
-        values = made[self.rows, self.columns].astype(np.float64)
-        return values - (self.room + ROOM), values + (self.room + ROOM)
+                low, high = (end[at].astype(np.float64) for end in (found.lower, found.upper))
+                return low, high
+        values = estimate(name, buffers, self.radius, *samples, **self.options).texture[at].astype(np.float64)
+        room = self.room + (0.0 if name in BOUNDED else ROOM)
+        return values - room, values + room
+
+    @property
+    def _guard(self) -> int:
+        """Texels beyond the border that samples reach, at most as many as the texture has."""
+        reach = self._reaches()
+        finite = reach[np.isfinite(reach)]
+        return int(np.clip(np.ceil(finite.max(initial=0.0)) + 2, 2, max(self.buffers.depth.shape)))
+
+    def _reaches(self) -> FloatArray:
+        """How far each texel's ball reaches from it along u or v, texels, (K, 2)."""
+        at = self.buffers.positions[self.rows, self.columns].astype(np.float64)
+        steps = self.radius * np.concatenate([np.eye(3), -np.eye(3)])
+        there = self.sight.view.world_to_image(at[:, None] + steps) - self.sight.view.world_to_image(at)[:, None]
+        return np.asarray(np.sqrt((there[..., :2] ** 2).sum(axis=1)))
+
+    def leaves(self) -> Flags:
+        """Whether a texel's ball reaches beyond the texture."""
+        reach, (height, width) = self._reaches() + 1, self.buffers.depth.shape
+        u, v = self.columns + 0.5, self.rows + 0.5
+        stays = (u - reach[:, 0] > 0) & (u + reach[:, 0] < width) & (v - reach[:, 1] > 0) & (v + reach[:, 1] < height)
+        return np.asarray(~stays)
+
+    def seen_by(self, sight: Sight) -> "Estimated | None":
+        """Occlusion by another sight."""
+        if sight.middle != self.sight.middle or sight.pinhole:
+            return None
+        return self.changed(sight=sight, buffers=replace(self.buffers, view=sight.view))
 
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
-        height, width = self.buffers.depth.shape
-        made = [
-            *VALUES,
-            plain("rows from below", lambda p: p.changed(rows=height - 1 - p.rows)),
-            plain("columns from the right", lambda p: p.changed(columns=width - 1 - p.columns)),
-            *self._of_options(),
-        ]
+        made = [*of_texture(self), *self._of_options(), *view_changes(self.sight, self.centre, self.others)]
+        made += [fixed(f"samples outside the texture held by {border}", border=border) for border in INSIDE]
+        made.append(_with_buffers("positions of half precision", positions=lambda b: half(b.positions)))
+        made.append(_with_buffers("depth of half precision", depth=lambda b: half(b.depth)))
         if self.estimator.turns:
             made += self._of_turns()
-        normals = self.buffers.normals
-        if normals is not None:
-            made.append(_with_buffers("normals with the other sign", normals=lambda: -normals))
-            made.append(_with_buffers("normals made from positions", normals=lambda: face_normals(self.buffers)))
+        if self.buffers.normals is not None:
+            made.append(_with_buffers("normals with the other sign", normals=lambda b: -np.asarray(b.normals)))
+            made.append(_with_buffers("normals made from positions", normals=face_normals))
+            made.append(_with_buffers("normals of half precision", normals=lambda b: half(np.asarray(b.normals))))
         if self.points is not None:
-            made += [fixed(words, points=table) for words, table in other_tables(self.points)]
+            made += [fixed(words, points=table) for words, table in other_tables(self.points, self.sampling)]
         return [*made, scaled("radius", lambda p, f: p.changed(radius=p.radius * f))]
 
     def _of_options(self) -> Iterator[Change]:
@@ -93,34 +129,71 @@ class Estimated(Problem):
                     yield plain(words, partial(_with_option, name, value=other))
             if name == "reach":
                 for factor, reason in ((2.0, "without its 1/2"), (0.5, "with one 1/2 too many")):
-                    words = f"radius in texels x {factor:.3f}, as of a projection scale {reason},"
+                    words = f"radius in texels x {factor:.1f}, as of a projection scale {reason},"
                     yield plain(words, partial(_with_option, name, value=value * factor))
             if isinstance(value, float) and value != 0.0:
-                words = f"{'radius in texels' if name == 'reach' else name} x {{:.4f}}"
-                yield scaled(name, partial(_scaled_option, name, limits[name]), FACTORS, words)
+                words = f"{'radius in texels' if name == 'reach' else name} x {{}}"
+                yield scaled(name, partial(_scaled_option, name, limits[name]), FACTOR, words)
             elif isinstance(value, float) and limits[name][1] < np.inf:
-                words = f"{name} {{:.6g}} in place of {value:g}"
-                yield scaled(name, partial(_with_option, name), limits[name][1] * _SMALL, words)
+                most = limits[name][1]
+                words = f"{name} {{}} in place of {value:g}"
+                yield scaled(name, partial(_with_option, name), Axis(1e-6 * most, most, signs=(1,), number=25), words)
 
     def _of_turns(self) -> Iterator[Change]:
         """Samples that turn from texel to texel otherwise, or not."""
         turns, shape = self.buffers.turns, self.buffers.depth.shape
         if turns is not None:
             way = np.array([1, -1], turns.dtype)[:, None, None]
-            yield _with_buffers("samples are not turned", turns=lambda: None)
-            yield _with_buffers("samples turned the other way", turns=lambda: turns * way)
-            yield _with_buffers("turns of rows from below", turns=lambda: turns[:, ::-1])
-        for name in ROTATIONS:
-            if name not in ("none", self.rotation):
-                make = partial(texel_turns, name, *shape, self.seed, self.buffers.depth.dtype)
-                yield _with_buffers(f"samples turned by '{name}'", turns=make)
-                below = partial(lambda make: make()[:, ::-1], make)
-                yield _with_buffers(f"samples turned by '{name}' of rows from below", turns=below)
+            yield _with_buffers("samples are not turned", turns=lambda b: None)
+            yield _with_buffers("samples turned the other way", turns=lambda b: np.asarray(b.turns) * way)
+        for words, make in other_turns(self.rotation, self.seed, *shape):
+            yield _with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]
 
 
-def _with_buffers(kind: str, **made: Callable[[], Texture | None]) -> Change:
-    """A change that gives the problem other textures, made when it is tried."""
-    return plain(kind, lambda p: p.changed(buffers=replace(p.buffers, **{name: make() for name, make in made.items()})))
+def _with_buffers(kind: str, **made: Callable[[Buffers], Any]) -> Change:
+    """A change that gives the problem other textures, made of its own when it is tried."""
+
+    def apply(problem: Estimated) -> Estimated:
+        own = problem.buffers
+        others = {name: make(own) for name, make in made.items()}
+        single: dict[str, Any] = {
+            n: None if t is None else np.ascontiguousarray(t, own.depth.dtype) for n, t in others.items()
+        }
+        return problem.changed(buffers=replace(own, **single))
+
+    return plain(kind, apply)
+
+
+def _padded(buffers: Buffers, guard: int, border: str) -> Buffers:
+    """Textures with texels beyond the border, by a rule of ``INSIDE``."""
+    mode = {"clamp": "edge", "mirror": "symmetric", "wrap": "wrap"}.get(border, "reflect")
+
+    def larger(texture: Texture | None, first: int = 0) -> Any:
+        if texture is None:
+            return None
+        widths = [(guard * (k in (first, first + 1)),) * 2 for k in range(texture.ndim)]
+        return np.ascontiguousarray(np.pad(texture, widths, mode=mode))  # type: ignore[call-overload]
+
+    textures = larger(buffers.depth), larger(buffers.positions), larger(buffers.normals), larger(buffers.turns, 1)
+    return Buffers(_widened(buffers.view, guard), *textures)
+
+
+def _widened(view: View, guard: int) -> View:
+    """A view with as many texels more on each side."""
+    made = displaced(view, -guard, -guard)
+    numbers, back = view.world_to_image.numbers.copy(), view.screen_to_world
+    size: dict[str, Any] = {"width": view.width + 2 * guard, "height": view.height + 2 * guard}
+    if view.rays.kind == CROSSED_SLITS:
+        numbers[14:16] += guard
+    elif view.rays.kind == MATRIX:
+        numbers[0:8] += guard * np.tile(numbers[12:16], 2)
+        assert back is not None
+        back = np.column_stack([back[:, :3], back[:, 3] - guard * (back[:, 0] + back[:, 1])])
+    else:
+        numbers[12:] = made.lens
+        for row in (0, 3):
+            numbers[20 + row : 23 + row] += guard * numbers[26:29]
+    return replace(made, world_to_image=WorldToImage(view.rays.kind, numbers), screen_to_world=back, **size)
 
 
 def _with_option(name: str, problem: Estimated, value: Value) -> Estimated:

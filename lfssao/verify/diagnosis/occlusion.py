@@ -4,9 +4,10 @@ The image point of each sample is a box, and its depth a range, as in ``lfssao.v
 sure, may be, or is clear. Changes of the look-up leave the image points as they are; those of the samples do not.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from math import cos, radians, sin
 from typing import Any, ClassVar, NamedTuple
 
@@ -14,21 +15,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.affine import Matrix
-from lfssao.optics.view import WorldToImage
-from lfssao.samples import ROTATIONS, make_samples, texel_turns
+from lfssao.errors import InputError
+from lfssao.samples import ROTATIONS, make_samples, sample_set, texel_turns
 from lfssao.samples.registry import METHODS
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
-from lfssao.verify.diagnosis.post import VALUES
-from lfssao.verify.diagnosis.search import INSIDE, SHARES, Change, Places, Problem, fixed, hold, plain, scaled, shifts
+from lfssao.verify.diagnosis.post import half, of_texture
+from lfssao.verify.diagnosis.search import (
+    INSIDE,
+    Axis,
+    Change,
+    Function,
+    Places,
+    Problem,
+    fixed,
+    hold,
+    plain,
+    scaled,
+    shifts,
+)
+from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 
 _MOST_SAMPLES = 256  # of which other tables are made, and each left out in turn
+SEEDS = 64  # that are tried, of samples and of turns
 
 # Fields on which the image points of the samples, and the decisions about them, do not depend.
-_LATE = frozenset({"counts", "divisor", "remap", "value"})
-_LOOK_UP = _LATE | {"image", "border", "relation", "depth"}
+_LATE = frozenset({"counts", "divisor", "remap", "value", "store"})
+_LOOK_UP = _LATE | {"image", "place", "border", "relation", "depth", "reach"}
 
 
 class Landed(NamedTuple):
@@ -50,12 +65,14 @@ class Occlusion(Problem):
     depth: NDArray[Any]  # (H, W), which samples are compared with
     points: FloatArray  # (K, 3), world coordinates of the surfaces
     errors: FloatArray  # (K, 3), how far each coordinate is off
-    mapping: WorldToImage
+    sight: Sight  # the view that samples are mapped by
     samples: FloatArray  # (n, 3), in the unit ball
     radius: float
     model: ErrorModel
     cast_from_world: Matrix
-    mappings: Mapping[str, WorldToImage]  # of other modules, by name
+    others: Mapping[str, Sight]  # of other modules, by name
+    centre: FloatArray | None  # of the region of interest, metres
+    sampling: Mapping[str, Any]  # method and seed of the samples; empty where they are not known
     rotation: str  # the reference's, and its seed
     seed: int
     turns: FloatArray | None = None  # (2, K), cosine and sine by which samples turn
@@ -64,8 +81,11 @@ class Occlusion(Problem):
     side: int = 1  # of the normals on which it is, or -1, the other
     face_normals: FloatArray | None = None  # (K, 3), made from positions
     corners: FloatArray | None = None  # (K, 3), points of Algorithm 1 that texels' corners make
-    positions: NDArray[Any] | None = None  # (H, W, 3), of the range check
+    positions: NDArray[Any] | None = None  # (H, W, 3)
+    reach: float | None = None  # largest distance of a surface that hides a sample, of the range check
+    offset: Function = np.asarray  # applied to the samples' offsets
     image: FloatArray = field(default_factory=lambda: np.eye(3))  # applied to (u, v, 1)
+    place: Function | None = None  # applied to u and v before they are looked up
     border: str = "open"  # a rule of ``INSIDE``, or what beyond the border is: open or occluded
     relation: str = "<"  # of the surface's depth and the sample's
     counts: FloatArray | None = None  # (n,), how often each sample counts; once by default
@@ -88,7 +108,8 @@ class Occlusion(Problem):
             below = self.side * np.einsum("ksc,kc->ks", offsets, self.normals) < 0
             offsets = np.where(below[..., None], -offsets, offsets)
         off = self.errors[:, None] + self.model.offset * sizes
-        places, error, must = project_positions(self.points[:, None] + offsets, off, self.mapping, self.model)
+        at = self.points[:, None] + self.offset(offsets)
+        places, error, must = project_positions(at, off, self.sight.mapping, self.model)
         u, v, z = np.ascontiguousarray(np.moveaxis(places, -1, 0))
         largest = np.maximum(error[..., 0], error[..., 1])
         return Landed(u, v, z, largest, error[..., 2], error[..., 0] > -np.inf, must)
@@ -100,7 +121,8 @@ class Occlusion(Problem):
         (a, b, c), (d, e, f), _ = self.image
         u, v = (np.fmax(np.fmin(x, 1e6), -1e6) for x in (a * at.u + b * at.v + c, d * at.u + e * at.v + f))
         error = np.where(at.may & np.isfinite(at.error), at.error, 0.0)
-        ends = [np.floor(x).astype(np.int64) for x in (u - error, u + error, v - error, v + error)]
+        looked = (u - error, u + error, v - error, v + error)
+        ends = [np.floor(x if self.place is None else self.place(x)).astype(np.int64) for x in looked]
         surely, maybe = self._compared(ends[0], ends[2], at.z, at.error_z, self.points[:, None])
         k, s = np.nonzero((ends[0] != ends[1]) | (ends[2] != ends[3]))  # few; all else reads one texel
         columns, rows = (np.stack([ends[end][k, s] for end in corners]) for corners in ((1, 0, 1), (2, 3, 3)))
@@ -119,9 +141,9 @@ class Occlusion(Problem):
         if self.border not in INSIDE:
             surface = np.where(inside, surface, -np.inf if self.border == "occluded" else np.inf)
         low, high, near = z - error, z + error, np.True_
-        if self.positions is not None:  # the range check: whether surfaces there are within R of the texel's
+        if self.reach is not None and self.positions is not None:
             there = self.positions[hold(row, height, "clamp"), hold(column, width, "clamp")].astype(np.float64)
-            near = (((there - points) ** 2).sum(axis=-1) <= self.radius * self.radius) | ~inside
+            near = (((there - points) ** 2).sum(axis=-1) <= self.reach * self.reach) | ~inside
         if self.relation == ">":
             return (surface > high) & inside & near, (surface > low) & inside & near
         ties = (surface == z.astype(np.float32)) & (self.relation == "<=")
@@ -136,10 +158,26 @@ class Occlusion(Problem):
         low, high = fewest * (1 - room), most * (1 + room)
         return (2 * np.maximum(low - 0.5, 0), 2 * np.maximum(high - 0.5, 0)) if self.remap else (low, high)
 
+    def leaves(self) -> Flags:
+        """Whether a sample of each texel lies outside the texture, or may."""
+        at, (height, width) = self.landed, self.depth.shape
+        e = np.where(np.isfinite(at.error), at.error, 0.0)
+        out = (at.u - e < 0) | (at.u + e >= width) | (at.v - e < 0) | (at.v + e >= height)
+        return np.asarray(np.any(out & at.may, axis=1))
+
+    def seen_by(self, sight: Sight) -> "Occlusion | None":
+        """Occlusion by another sight."""
+        if sight.middle != self.sight.middle:  # positions are given
+            return None
+        made = self.changed(sight=sight, depth=sight.deepened(self.depth))
+        if self.corners is None:
+            return made
+        return made.changed(points=sight.points(self.columns, self.rows, self.depth[self.rows, self.columns]))
+
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
         n = len(self.samples)
-        made = [*VALUES, *_of_look_ups(*self.depth.shape), *self._of_turns()]
+        made = [*of_texture(self), *_of_look_ups(*self.depth.shape), *self._of_turns(), *self._of_range()]
         if self.remap:
             made.append(fixed("flat surfaces hide themselves, ao in place of 2 max(0, ao - 1/2)", remap=False))
         else:
@@ -148,14 +186,18 @@ class Occlusion(Problem):
             made.append(fixed(f"count divided by {divisor} in place of {n}", divisor=divisor))
         if n <= _MOST_SAMPLES:
             made += _of_counts(n)
-            made += [fixed(words, samples=table) for words, table in other_tables(self.samples)]
-        made += [fixed(f"the mapping of {name}", mapping=mapping) for name, mapping in self.mappings.items()]
+            made += [fixed(words, samples=table) for words, table in other_tables(self.samples, self.sampling)]
+        made += view_changes(self.sight, self.centre, self.others)
         linear, shift = self.cast_from_world[:, :3].T, self.cast_from_world[:, 3]
-        made.append(plain("positions in physical space", lambda p: p.changed(points=p.points @ linear + shift)))
+        made += [
+            plain("positions in physical space", lambda p: p.changed(points=p.points @ linear + shift)),
+            plain("positions of half precision", lambda p: p.changed(points=half(p.points))),
+            fixed("offsets of half precision", offset=half),
+            fixed("u and v of half precision", place=half),
+            fixed("offsets with x and y exchanged", offset=lambda offsets: offsets[..., [1, 0, 2]]),
+        ]
         if self.corners is not None:
             made.append(plain("texel corners in place of centres", lambda p: p.changed(points=p.corners)))
-        if self.positions is not None:
-            made.append(fixed("no range check", positions=None))
         if self.normals is not None:
             made += [
                 fixed("samples not turned to the normal's side", normals=None),
@@ -164,33 +206,42 @@ class Occlusion(Problem):
             ]
         return [*made, *self._with_values()]
 
+    def _of_range(self) -> Iterator[Change]:
+        """The range check, with and without."""
+        if self.reach is not None:
+            yield fixed("no range check", reach=None)
+        elif self.positions is not None:
+            yield plain("a range check", lambda p: p.changed(reach=p.radius))
+
     def _of_turns(self) -> Iterator[Change]:
         """Samples that turn from texel to texel otherwise, or not."""
         if self.turns is not None:
             yield fixed("samples are not turned", turns=None)
             yield fixed("samples turned the other way", way=-1)
-        for name in ROTATIONS:
-            if name not in ("none", self.rotation):
-                yield plain(f"samples turned by '{name}'", partial(_turned_by, name))
+        for words, make in other_turns(self.rotation, self.seed, *self.depth.shape):
+            yield plain(words, partial(_turned_by, make))
 
     def _with_values(self) -> list[Change]:
         at = self.landed
         deepest, nearest = (end(at.z, axis=1, where=at.may, initial=0.0) for end in (np.max, np.min))
-        reach = float(np.median(deepest - nearest)) / 2
+        reach = (float(np.median(deepest - nearest)) if len(at.z) else 0.0) / 2 or 1.0
         finite = self.depth[np.isfinite(self.depth)]
         size = float(np.median(np.abs(finite))) if finite.size else 1.0
-        scales = 1 + np.clip(SHARES * reach / size, -0.95, None) if size else 1 + SHARES
+        most = min(max(2 * reach / size, 1e-3), 2.0) if size else 1.0
 
         def turn(p: Occlusion, degrees: float) -> Occlusion:
             c, s = cos(radians(degrees)), sin(radians(degrees))
             return p.changed(samples=p.samples @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
 
+        turned, bias = Axis(0.005, 180.0, number=22, signed=False), Axis(1e-5 * reach, 2 * reach)
         return [
             scaled("radius", lambda p, f: p.changed(radius=p.radius * f)),
             *shifts(lambda p, u, v: p.changed(image=np.array([[1, 0, u], [0, 1, v], [0, 0, 1]]) @ p.image)),
-            scaled("depth bias", lambda p, b: p.changed(depth=p.depth + b), reach * SHARES, "depth + {:.6g}"),
-            scaled("depth scale", lambda p, s: p.changed(depth=p.depth * s), scales, "depth x {:.6g}"),
-            scaled("turned samples", turn, np.arange(7.7, 360, 11.3), "samples turned by {:.3f} degrees about z"),
+            scaled("depth bias", lambda p, b: p.changed(depth=p.depth + b), bias, "depth {}"),
+            scaled(
+                "depth scale", lambda p, s: p.changed(depth=p.depth * s), Axis(1e-5 * most, most, True), "depth x {}"
+            ),
+            scaled("turned samples", turn, turned, "samples turned by {} degrees about z"),
         ]
 
 
@@ -220,11 +271,6 @@ def _moved(kind: str, matrix: list[list[float]]) -> Change:
     return plain(kind, lambda p: p.changed(image=np.array(matrix, np.float64) @ p.image))
 
 
-def half(values: NDArray[Any]) -> FloatArray:
-    """Values rounded to half precision."""
-    return values.astype(np.float16).astype(np.float64)
-
-
 def _of_counts(n: int) -> Iterator[Change]:
     """Samples that are missing or count twice; their number stays, or changes with them."""
     for k in range(n):
@@ -239,22 +285,65 @@ def _of_counts(n: int) -> Iterator[Change]:
             yield fixed(words, counts=first, divisor=divisor)
 
 
-def _turned_by(name: str, problem: Occlusion) -> Occlusion:
-    turns = texel_turns(name, *problem.depth.shape, problem.seed, np.dtype(np.float32))
-    return problem.changed(turns=turns[:, problem.rows, problem.columns].astype(np.float64))
+def _turned_by(make: Callable[[], NDArray[Any]], problem: Occlusion) -> Occlusion:
+    return problem.changed(turns=make()[:, problem.rows, problem.columns].astype(np.float64))
 
 
-def other_tables(samples: FloatArray) -> Iterator[tuple[str, FloatArray]]:
-    """Other tables, each with what is said of it, of as many samples in the ball, or disk."""
+Turns = Iterator[tuple[str, Callable[[], NDArray[np.floating[Any]]]]]
+
+
+def other_turns(rotation: str, seed: int, height: int, width: int) -> Turns:
+    """Turns (2, H, W) of other kinds and seeds, and of other texels, each with its name, made when they are tried."""
+
+    @cache
+    def of(name: str, rows: int, columns: int, number: int) -> NDArray[np.floating[Any]]:
+        return texel_turns(name, rows, columns, number, np.dtype(np.float32))
+
+    for name in ROTATIONS:
+        if name not in ("none", rotation):
+            yield f"samples turned by '{name}'", partial(of, name, height, width, seed)
+    if rotation == "none":
+        return
+    yield "turns of (row, column)", lambda: of(rotation, width, height, seed).transpose(0, 2, 1)
+    for words, down, across in (
+        ("the next column", 0, 1),
+        ("the column before", 0, -1),
+        ("the next row", 1, 0),
+        ("the row before", -1, 0),
+        ("the next column and row", 1, 1),
+    ):
+
+        def moved(down: int = down, across: int = across) -> NDArray[np.floating[Any]]:
+            larger = of(rotation, height + 1, width + 1, seed)
+            rows = np.clip(np.arange(height) + down, 0, height)
+            columns = np.clip(np.arange(width) + across, 0, width)
+            return larger[:, rows[:, None], columns]
+
+        yield f"turns of {words}", moved
+    yield "turns of rows from below", lambda: of(rotation, height, width, seed)[:, ::-1]
+    yield "turns of columns from the right", lambda: of(rotation, height, width, seed)[:, :, ::-1]
+    if rotation == "hash":  # the only one that has a seed
+        for number in range(SEEDS):
+            if number != seed:
+                yield f"turns of seed {number} in place of {seed}", partial(of, rotation, height, width, number)
+
+
+def other_tables(samples: FloatArray, sampling: Mapping[str, Any]) -> Iterator[tuple[str, FloatArray]]:
+    """Other tables, each with what is said of it, of as many samples in the ball, or disk.
+
+    ``sampling`` has the method and the seed by which they were made, where these are known.
+    """
     n, d = samples.shape
     tables = {
         f"samples of '{name}'": make_samples(name, n)
         for name, method in METHODS["ball"].items()
         if d == 3 and (method.most is None or n <= method.most)
     }
+    tables |= _of_seeds(samples, sampling)
     for k, axis in enumerate("xyz"[:d]):
         tables[f"samples mirrored in {axis}"] = samples * np.where(np.arange(d) == k, -1.0, 1.0)
         tables[f"samples without {axis}"] = samples * np.where(np.arange(d) == k, 0.0, 1.0)
+    tables["samples mirrored in all axes"] = -samples
     for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0]))[: 3 if d == 3 else 1]:
         tables[f"samples with {words} exchanged"] = samples[:, order[:d]]
     length = np.linalg.norm(samples, axis=1, keepdims=True)
@@ -262,3 +351,16 @@ def other_tables(samples: FloatArray) -> Iterator[tuple[str, FloatArray]]:
     for kind, table in tables.items():
         if not np.array_equal(table, samples):
             yield kind, table
+
+
+def _of_seeds(samples: FloatArray, sampling: Mapping[str, Any]) -> dict[str, FloatArray]:
+    """Tables of the same method by other seeds, if it makes the samples by its own."""
+    n, d = samples.shape
+    method, own = sampling.get("method"), sampling.get("seed")
+    whole, ring = {"r_min": 0.0, "r_max": 1.0}, {"r_min": 0.8, "r_max": 1.0}
+    for domain, options in (("ball", ring), ("ball", whole)) if d == 3 else (("disk", {}),):
+        with suppress(InputError):  # a table of a file has no method
+            made = [sample_set(domain, str(method), n, seed, **options).points for seed in (own, *range(SEEDS))]
+            if np.array_equal(made[0], samples):
+                return {f"samples of seed {k} in place of {own}": table for k, table in enumerate(made[1:]) if k != own}
+    return {}

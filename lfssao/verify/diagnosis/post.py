@@ -9,18 +9,37 @@ from numpy.typing import NDArray
 
 from lfssao.ao.post import MAX_SIGMA, blur_weights
 from lfssao.verify.bounds.bounds import FloatArray
-from lfssao.verify.diagnosis.search import FACTORS, INSIDE, Change, Function, Problem, fixed, hold, plain, scaled
+from lfssao.verify.diagnosis.search import (
+    FLIPS,
+    INSIDE,
+    Axis,
+    Change,
+    Function,
+    Problem,
+    cut,
+    fixed,
+    hold,
+    plain,
+    scaled,
+)
 
-_SIGMAS = FACTORS[FACTORS < 4]
+_SIGMAS = Axis(1e-5, 1.4, factor=True)
 _ROUNDING = 2.0**-21  # relative, of a renderer's other sums
+VISIBILITY = "1 - ao in place of ao"
 
 # Changes of a texture of occlusion by itself.
 VALUES = (
-    plain("1 - ao in place of ao", lambda p: p.then(lambda x: 1 - x)),
+    plain(VISIBILITY, lambda p: p.then(lambda x: 1 - x), hint="--map {layer}=1-{layer}"),
     plain("ao of 0 everywhere", lambda p: p.then(np.zeros_like)),
-    scaled("strength", lambda p, s: p.then(lambda x: np.clip(s * x, 0, 1)), words="ao x {:.4f}"),
-    scaled("power", lambda p, s: p.then(lambda x: np.clip(x, 0, 1) ** s), words="ao to the power of {:.4f}"),
+    scaled("strength", lambda p, s: p.then(lambda x: np.clip(s * x, 0, 1)), words="ao x {}"),
+    scaled("power", lambda p, s: p.then(lambda x: np.clip(x, 0, 1) ** s), words="ao to the power of {}"),
+    scaled("bias", lambda p, b: p.then(lambda x: x + b), Axis(1e-7, 1.0), "ao {}"),
 )
+
+
+def of_texture(problem: Problem) -> list[Change]:
+    """Changes of any texture of occlusion, whatever made it."""
+    return [*VALUES, *FLIPS, *cut(problem)]
 
 
 def _maximum(layers: FloatArray) -> FloatArray:
@@ -57,7 +76,7 @@ class Merge(Problem):
             fixed("1 - product of (1 - ao) in place of maximum", rule=lambda a: 1 - np.prod(1 - a, axis=0)),
             *(fixed(f"ao_{k + 1} missing", chosen=numbers != k) for k in numbers if len(numbers) > 1),
             *(fixed(f"ao_{k + 1} alone", chosen=[k]) for k in numbers),
-            *VALUES,
+            *of_texture(self),
         ]
 
 
@@ -72,6 +91,7 @@ class Blur(Problem):
     border: str = "clamp"
     reach: float = 3.0  # sigma, at which the kernel is cut
     total: float | None = None  # weights are divided by their sum, or by this
+    rounded: tuple[Function, Function] = (np.asarray, np.asarray)  # applied to the weights, and to the first pass
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The sum over the square of taps, with room for rounding."""
@@ -86,7 +106,9 @@ class Blur(Problem):
             w_i, w_j = w_i * ((i >= 0) & (i < width)), w_j * ((j >= 0) & (j < height))
         if self.border == "left out":
             w_i, w_j = (w / w.sum(axis=1, keepdims=True) for w in (w_i, w_j))
-        made = np.einsum("kji,kj,ki->k", near.astype(np.float64), w_j, w_i)
+        first, second = self.rounded
+        passed = second(np.einsum("kji,ki->kj", near.astype(np.float64), first(w_i)))
+        made = np.einsum("kj,kj->k", passed, first(w_j))
         room = self.room + _ROUNDING * np.abs(made)
         return made - room, made + room
 
@@ -112,8 +134,11 @@ class Blur(Problem):
             *(fixed(cut.format(reach), reach=reach) for reach in (2.0, 4.0, 1.0, 1.5, 2.5, 5.0)),
             fixed("weights not normalised, Gaussian density", total=float(np.sqrt(2 * np.pi) * self.sigma)),
             fixed("weights not normalised, 1 in the middle", total=1.0),
+            fixed("weights of half precision", rounded=(half, np.asarray)),
+            fixed("blur of half precision", rounded=(half, half)),
+            fixed("the first pass of the blur of half precision", rounded=(np.asarray, half)),
             scaled("sigma", lambda p, f: p.changed(sigma=p.sigma * f), _SIGMAS),
-            *VALUES,
+            *of_texture(self),
         ]
 
 
@@ -146,7 +171,13 @@ class Shade(Problem):
         ]
         if self.merged is not None:
             made.append(plain("merged in place of blurred", lambda p: p.changed(occlusion=p.merged)))
-        return [*made, *VALUES]
+        return [*made, *of_texture(self)]
+
+
+def half(values: NDArray[Any]) -> FloatArray:
+    """Values rounded to half precision."""
+    with np.errstate(over="ignore"):  # beyond the largest number is infinity
+        return values.astype(np.float16).astype(np.float64)
 
 
 def encode(linear: FloatArray) -> FloatArray:

@@ -1,41 +1,42 @@
 """The search for a change of the reference that a renderer's texture shows.
 
 A problem holds some texels of the renderer's texture and the interval that the reference, or a change of it, allows
-there. Continuous changes are tried on a grid and refined by golden sections; all are ranked by the share of texels that
-agree. Two changes at once are tried only if one explains at least half of the texels that are wrong.
+there. An explanation predicts: it counts a wrong texel only if the change decides it, that is if the changed interval
+is narrower than the texel's deviation from the reference. A change explains a texture if it decides most of the wrong
+texels, nearly all of these lie in their intervals, and nearly no other texel leaves its own.
+
+Changes are screened on a few hundred texels, half of them wrong ones, so that small errors weigh as much as large ones.
+The best are refined on some thousands. Two changes at once are tried only if one explains at least half.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
-from math import sqrt
+from math import exp, floor, log10, sqrt
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.verify.bounds.bounds import FloatArray
+from lfssao.verify.verdict import Flags
 
 Places = NDArray[np.int64]
 Values = tuple[float, ...]
 Function = Callable[[FloatArray], FloatArray]
 
-# A change fits if it leaves at most this share of the wrong texels wrong.
-_LEFT = 0.05
-# Changes whose shares differ by less of the wrong texels are as good as each other.
-_NEARLY = 0.005
+DECIDED = 0.5  # share of the wrong texels that an explanation decides, at least
+_LEFT = 0.05  # share of the wrong texels that it may leave wrong, or make wrong of others
+FEWEST = 8  # wrong texels that it decides: fewer agree with many a change by chance
+NEAR = 0.3  # share of the wrong texels, less those that it makes wrong, that the nearest change explains at least
+_NEARLY = 0.005  # changes whose shares of the wrong texels differ by less are as good as each other
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
-_SCANNED = 13
-_SECTIONS = 30  # each narrows the bracket to 0.62 of it: to the rounding of float32
-_REFINED = 5  # changes with values, the best on the grid
+_END = 0.97  # of the largest size of a value: what is found beyond is the end of the search
+_SOME = 0.1  # share of the wrong texels that a change explains, less what it makes wrong, to be tried further
+_PLAIN, _GRADED, _REFINED = 12, 14, 6  # changes without and with values that are kept after screening, and refined
 
-# Values to try first. None is a round number: a renderer's own value is found by refinement.
-FACTORS = np.concatenate([np.geomspace(0.11, 0.83, 7), np.linspace(0.871, 1.137, 7), np.geomspace(1.21, 9.3, 7)])
-SHIFTS = np.concatenate([[-4.1, -2.9, -1.93], np.linspace(-1.43, 1.43, 12), [1.93, 2.9, 4.1]])
-SHARES = np.concatenate([-np.geomspace(0.9, 0.0003, 12), np.geomspace(0.0003, 0.9, 12)])
-
-INSIDE = ("clamp", "mirror", "wrap")  # rules by which a texel inside stands for those beyond the border
+INSIDE = ("clamp", "mirror", "wrap", "mirror without the edge")  # rules by which a texel inside stands for one outside
 
 
 def hold(places: Places, size: int, border: str) -> Places:
@@ -45,6 +46,9 @@ def hold(places: Places, size: int, border: str) -> Places:
     if border == "mirror":
         folded = places % (2 * size)
         return np.where(folded < size, folded, 2 * size - 1 - folded)
+    if border == "mirror without the edge" and size > 1:
+        folded = places % (2 * size - 2)
+        return np.where(folded < size, folded, 2 * size - 2 - folded)
     return np.clip(places, 0, size - 1)
 
 
@@ -59,6 +63,9 @@ class Problem:
     cost: int = 16  # work that a texel makes, such as its number of samples or taps
     value: Function = np.asarray  # applied to the right values; monotone
     store: Callable[[FloatArray, FloatArray], Any] | None = None  # makes an interval that of what is read, if stored
+    floored: Callable[[FloatArray, FloatArray], Any] | None = None  # the same of codes that are cut, not rounded
+    # ``flipped(across, down)``: the same numbers held against the texels from the right, or from below
+    flipped: Callable[[bool, bool], Any] | None = None
     # Cached properties, and the fields that they do not depend on.
     kept: ClassVar[Mapping[str, frozenset[str]]] = {}
 
@@ -75,6 +82,14 @@ class Problem:
         one, other = (self.value(end) for end in self.ends())
         return np.minimum(one, other), np.maximum(one, other)
 
+    def seen_by(self, sight: Any) -> "Problem | None":
+        """The problem of a renderer that sees the scene otherwise; None if it does not depend on that."""
+        return None
+
+    def leaves(self) -> Flags:
+        """Whether a sample of each texel may leave the texture, (K,)."""
+        return np.zeros(len(self.columns), np.bool_)
+
     def changed(self, **fields: Any) -> Self:
         """A copy with other fields, which keeps what does not depend on them."""
         made = replace(self, **fields)
@@ -90,18 +105,64 @@ class Problem:
 
 
 @dataclass(frozen=True)
+class Axis:
+    """Values that a change may have, each by a signed step from no change."""
+
+    least: float  # sizes of a step, positive
+    most: float
+    factor: bool = False  # whether the value is exp(step) and not the step itself
+    signs: tuple[int, ...] = (1, -1)
+    number: int = 9  # of sizes that are tried first
+    signed: bool = True  # whether a value that is no factor is printed as '+ 1' or '- 1'
+
+    @property
+    def steps(self) -> FloatArray:
+        """The steps to try first."""
+        sizes = np.geomspace(self.least, self.most, self.number)
+        return np.concatenate([sign * sizes for sign in self.signs])
+
+    def value(self, step: float) -> float:
+        """The value of a step."""
+        return exp(step) if self.factor else step
+
+    def step(self, value: float) -> float:
+        """The step of a value."""
+        return float(np.log(value)) if self.factor else value
+
+    def text(self, step: float) -> str:
+        """The value with so many digits that it reads as a change."""
+        digits = 2 - floor(log10(abs(step))) if step else 0
+        if self.factor:
+            return f"{exp(step):.{max(digits, 4)}f}"
+        if not self.signed:
+            return f"{step:.{max(digits, 3)}f}"
+        return f"{'-' if step < 0 else '+'} {abs(step):.4g}"
+
+
+@dataclass(frozen=True)
 class Change:
     """One way in which a renderer may differ from the reference."""
 
     kind: str  # its name, such as 'radius'
-    apply: Callable[[Any, Values], Any]  # the changed problem, of a problem and the values
+    apply: Callable[[Any, Values], Any]  # the changed problem, of a problem and the values; None if there is none
     words: str  # the change as a report says it, its values in braces
-    grids: tuple[FloatArray, ...] = ()  # the values to try first, sorted, one array for each
+    axes: tuple[Axis, ...] = ()  # of its values
+    shared: bool = False  # whether it is of the view: all stages and modules then have the same value
+    first: bool = False  # whether it comes before others, as it makes the problem anew
+    hint: str = ""  # an option that makes the texture right
+
+    def values(self, steps: Values) -> Values:
+        """The values of steps."""
+        return tuple(axis.value(step) for axis, step in zip(self.axes, steps, strict=True))
+
+    def text(self, steps: Values) -> str:
+        """The change with its values."""
+        return self.words.format(*(axis.text(step) for axis, step in zip(self.axes, steps, strict=True)))
 
 
-def plain(kind: str, apply: Callable[[Any], Any]) -> Change:
+def plain(kind: str, apply: Callable[[Any], Any], **more: Any) -> Change:
     """A change without values."""
-    return Change(kind, lambda problem, _: apply(problem), kind)
+    return Change(kind, lambda problem, _: apply(problem), kind, **more)
 
 
 def fixed(kind: str, **fields: Any) -> Change:
@@ -109,21 +170,37 @@ def fixed(kind: str, **fields: Any) -> Change:
     return plain(kind, lambda problem: problem.changed(**fields))
 
 
-def scaled(
-    kind: str, apply: Callable[[Any, float], Any], grid: FloatArray = FACTORS, words: str | None = None
-) -> Change:
-    """A change with one value."""
-    return Change(kind, lambda problem, v: apply(problem, v[0]), words or f"{kind} x {{:.4f}}", (np.sort(grid),))
+FACTOR = Axis(1e-5, 2.3, factor=True)
+
+
+def scaled(kind: str, apply: Callable[[Any, float], Any], axis: Axis = FACTOR, words: str | None = None) -> Change:
+    """A change with one value, a factor by default."""
+    return Change(kind, lambda problem, v: apply(problem, v[0]), words or f"{kind} x {{}}", (axis,))
 
 
 def shifts(apply: Callable[[Any, float, float], Any]) -> list[Change]:
     """Shifts by texels along u, along v and along both."""
-    one, both, words = (SHIFTS,), (SHIFTS[::2], SHIFTS[::2]), "shifted by {:.3f} texels"
+    one, both, words = Axis(3e-4, 6.0, signed=False), Axis(0.01, 6.0, number=5, signed=False), "shifted by {} texels"
     return [
-        Change("shift of u", lambda p, s: apply(p, s[0], 0.0), f"u {words}", one),
-        Change("shift of v", lambda p, s: apply(p, 0.0, s[0]), f"v {words}", one),
-        Change("shift of u and v", lambda p, s: apply(p, *s), "u and v shifted by {:.3f} and {:.3f} texels", both),
+        Change("shift of u", lambda p, s: apply(p, s[0], 0.0), f"u {words}", (one,)),
+        Change("shift of v", lambda p, s: apply(p, 0.0, s[0]), f"v {words}", (one,)),
+        Change("shift of u and v", lambda p, s: apply(p, *s), "u and v shifted by {} and {} texels", (both, both)),
     ]
+
+
+# Rows and columns in the other order, of a texture as a whole.
+FLIPS = (
+    plain("rows from below", lambda p: p.flipped(False, True), first=True),
+    plain("columns from the right", lambda p: p.flipped(True, False), first=True),
+    plain("rows from below and columns from the right", lambda p: p.flipped(True, True), first=True),
+)
+
+
+def cut(problem: Problem) -> list[Change]:
+    """The change of codes that are cut and not rounded, where the format has codes."""
+    if problem.floored is None:
+        return []
+    return [plain("codes cut, not rounded", lambda p: p.changed(store=p.floored))]
 
 
 @dataclass(frozen=True)
@@ -133,154 +210,242 @@ class Candidate:
     kind: str  # the change's name; of two, both, joined by ' and '
     values: Values  # in the order in which ``words`` has them
     words: str  # the change with its values
-    share: float  # of the texels, 0 to 1, that are inside the changed reference's interval
+    share: float  # of the surface's texels, 0 to 1, that lie in the changed reference's interval
+    decided: float  # share of the wrong texels that the change decides
+    explained: float  # share of the wrong texels that it decides and that lie in their intervals
+    shared: bool = False  # whether it is a number of the display or camera, one for all stages and modules
+    hint: str = ""  # an option that makes the texture right
 
 
 @dataclass(frozen=True)
-class Found:
-    """A candidate with the change that it is of."""
+class Trial:
+    """A change with steps of its values, tried on a sample."""
 
     change: Change
-    values: Values
-    share: float
-    cost: float
+    steps: Values
+    cost: float  # 0 where all texels are as predicted, about 1/2 where nothing is explained
+    left: float = 1.0  # share of the weight that is outside its interval
+    decided: float = 0.0  # of the wrong texels' weight
+    explained: float = 0.0
+
+    @property
+    def size(self) -> float:
+        """How large the steps are."""
+        return max(map(abs, self.steps), default=0.0)
+
+    @property
+    def ends(self) -> bool:
+        """Whether a value lies at the end of its search."""
+        return any(abs(step) > _END * axis.most for step, axis in zip(self.steps, self.change.axes, strict=True))
 
 
-def excess(problem: Problem) -> tuple[FloatArray, FloatArray]:
-    """How far each texel is outside the interval and from its middle, (K,): infinite for NaN."""
-    low, high = problem.interval()
-    middle = 0.5 * (low + high)
-    low, high = (low, high) if problem.store is None else problem.store(low, high)
-    return _outside(problem.mine, low, high), _outside(problem.mine, middle, middle)
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """Some texels of a texture, wrong ones and others, with the weight of all that each stands for; these sum to 1."""
 
+    problem: Problem
+    wrong: Flags  # (K,)
+    weights: FloatArray  # (K,)
+    number: int  # of wrong texels that the sample stands for
+    base: Problem | None = None  # the reference's problem, where this one was changed
 
-def _outside(mine: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    off = np.where(mine < low, low - mine, np.where(mine > high, mine - high, 0.0))
-    off = np.where(np.isnan(mine) | np.isnan(low) | np.isnan(high) | np.isnan(off), np.inf, off)
-    return off if off.ndim == 1 else np.asarray(off.sum(axis=1))
+    @cached_property
+    def before(self) -> float:
+        """Share of the weight that is wrong without a change."""
+        return float(self.weights @ self.wrong)
 
+    @cached_property
+    def _balanced(self) -> tuple[FloatArray, FloatArray]:
+        """Weights of wrong and of other texels, each of which sum to 1/2, or to 1 where there are no others."""
+        wrong, others = self.wrong / max(self.wrong.sum(), 1), ~self.wrong / max((~self.wrong).sum(), 1)
+        return (wrong, others) if self.wrong.all() or not self.wrong.any() else (wrong / 2, others / 2)
 
-def fits(share: float, without: float) -> bool:
-    """Whether a change explains a texture: nearly all texels that are wrong without it."""
-    return 1.0 - share <= _LEFT * (1.0 - without)
+    @cached_property
+    def deviation(self) -> FloatArray:
+        """How far each number is outside the reference's interval."""
+        base = self.base or self.problem
+        return beyond(base.mine, *held(base)[:2])
+
+    @cached_property
+    def _scale(self) -> float:
+        """How far wrong texels usually are off."""
+        off = per_texel(self.deviation)
+        usual = off[(off > 0) & np.isfinite(off)]
+        return float(np.median(usual)) if len(usual) else 1.0
+
+    def trial(self, change: Change, steps: Values) -> Trial:
+        """Try a change. The cost grows with the distance from the interval, and far more slowly from its middle."""
+        try:
+            problem = change.apply(self.problem, change.values(steps))
+        except FloatingPointError:
+            problem = None
+        if problem is None:
+            return Trial(change, steps, np.inf)
+        low, high, middle = held(problem)
+        off = per_texel(beyond(problem.mine, low, high))
+        away = per_texel(beyond(problem.mine, middle, middle))
+        with np.errstate(invalid="ignore"):
+            decides = self.wrong & np.any(_columns(high - low < self.deviation), axis=1)
+        far, near = (np.divide(d, d + self._scale, out=np.ones(len(d)), where=np.isfinite(d)) for d in (off, away))
+        inside = off == 0
+        bad = np.where(inside, np.where(self.wrong & ~decides, 0.5, 0.0), 0.5 + 0.5 * far)
+        wrong, others = self._balanced
+        cost = float(wrong @ bad + others @ bad) + 1e-4 * float((wrong + others) @ near)
+        total = self.before or 1.0
+        return Trial(
+            change,
+            steps,
+            cost,
+            float(self.weights @ ~inside),
+            float(self.weights @ decides) / total,
+            float(self.weights @ (decides & inside)) / total,
+        )
+
+    def fits(self, trial: Trial) -> bool:
+        """Whether a change explains the texture."""
+        enough = trial.decided > DECIDED and trial.decided * self.number >= FEWEST
+        kept = trial.left <= _LEFT * self.before and trial.explained >= (1 - _LEFT) * trial.decided
+        return bool(enough and kept and not trial.ends)
+
+    def gain(self, trial: Trial) -> float:
+        """Share of the wrong texels that a change explains, less those that it makes wrong."""
+        made = max(trial.left - self.before * (1 - trial.explained), 0.0)
+        return trial.explained - made / (self.before or 1.0)
+
+    def on_grid(self, change: Change) -> Trial:
+        """The change with the best steps of its axes, the smallest of the best ones."""
+        grids = [axis.steps for axis in change.axes]
+        trials = [self.trial(change, tuple(map(float, steps))) for steps in product(*grids)]
+        return min(trials, key=lambda trial: (round(trial.cost, 7), trial.size))
+
+    def refined(self, best: Trial, reach: float, sections: int = 10) -> Trial:
+        """Golden sections along each step in turn, of sizes within a factor ``reach``."""
+        for turn in range(1 if len(best.steps) == 1 else 3):
+            for k in range(len(best.steps)):
+                best = self._section(self.trial(best.change, best.steps), k, reach ** (1 / (1 + turn)), sections)
+        return best
+
+    def _section(self, best: Trial, k: int, reach: float, sections: int) -> Trial:
+        """The best step number k, the others as they are."""
+        sign, size = np.sign(best.steps[k]), abs(best.steps[k])
+
+        def at(place: float) -> Trial:
+            step = float(sign * min(exp(place), best.change.axes[k].most))
+            return self.trial(best.change, (*best.steps[:k], step, *best.steps[k + 1 :]))
+
+        # The cost has steps: the best of many trials keeps the sections from an earlier one.
+        places = np.linspace(np.log(size / reach), np.log(size * reach), 9).tolist()
+        scan = [at(place) for place in places]
+        k_best = min(range(9), key=lambda n: (round(scan[n].cost, 9), n))
+        low, high = places[max(k_best - 1, 0)], places[min(k_best + 1, 8)]
+        a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        left, right, tried = at(a), at(b), [best, *scan]
+        for _ in range(sections):
+            tried += [left, right]
+            if left.cost <= right.cost:
+                high, b, right = b, a, left
+                a = high - _GOLDEN * (high - low)
+                left = at(a)
+            else:
+                low, a, left = a, b, right
+                b = low + _GOLDEN * (high - low)
+                right = at(b)
+        return min([*tried, left, right], key=lambda trial: (round(trial.cost, 9), trial.size))
 
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """A problem with the weight of each of its texels, (K,), which sum to 1."""
+    """Samples of a texture, the first for screening."""
 
-    problem: Problem
-    weights: FloatArray
+    small: Sample
+    large: Sample
+    changes: Sequence[Change]
 
-    @cached_property
-    def _without(self) -> float:
-        """The share of the texels that are inside as the problem is."""
-        return self._share(excess(self.problem)[0])
-
-    @cached_property
-    def _scale(self) -> float:
-        """How far texels outside the interval usually are."""
-        off, _ = excess(self.problem)
-        usual = off[(off > 0) & np.isfinite(off)]
-        return float(np.median(usual)) if len(usual) else 1.0
-
-    def best(self, changes: Sequence[Change]) -> list[Found]:
-        """The changes, best first; as pairs too, if one explains half of what is wrong and none all."""
-        found = self._tried(changes)
-        best = found[0]
-        if fits(best.share, self._without) or best.share - self._without < 0.5 * (1.0 - self._without):
+    def best(self) -> list[Trial]:
+        """The changes, tried on the large sample, best first; pairs too, if one explains half and none all."""
+        found = self._single(self.small, self.large, self.changes)
+        best = found[0] if found else None
+        if best is None or self.large.fits(best) or self.large.gain(best) < 0.5:
             return found
-        changed = replace(self, problem=best.change.apply(self.problem, best.values))
-        others = [change for change in changes if change.kind != best.change.kind]
-        pairs = [_pair(best, other) for other in changed._tried(others)[:1]]
-        return _ranked([*found, *pairs], self._without)
+        pairs = [self._paired(best)]
+        return self._ranked([*found, *(pair for pair in pairs if pair is not None)])
 
-    def candidate(self, found: Found) -> Candidate:
-        """The candidate that is told, its share of these texels."""
-        change, values = found.change, found.values
-        share = self._share(excess(change.apply(self.problem, values))[0])
-        return Candidate(change.kind, values, change.words.format(*values), share)
+    def _single(self, small: Sample, large: Sample, changes: Sequence[Change]) -> list[Trial]:
+        screened = sorted((small.trial(c, ()) for c in changes if not c.axes), key=_cost)
+        found = [large.trial(trial.change, ()) for trial in _likely(small, screened, _PLAIN)]
+        if any(large.fits(t) and t.left <= _NEARLY * large.before for t in found):
+            return self._ranked(found)
+        for count in (1, 2):  # values: two where one does not do
+            graded = sorted((small.on_grid(c) for c in changes if len(c.axes) == count), key=_cost)
+            near = sorted((small.refined(t, 5.0) for t in graded[:_GRADED] if t.cost < np.inf), key=_cost)
+            found += [large.refined(t, 1.5) for t in _likely(small, near, _REFINED)]
+            if any(large.fits(t) for t in found):
+                break
+        return self._ranked(found)
 
-    def polished(self, found: Found) -> Found:
-        """A change with values that were found on fewer texels, each within a few hundredths of them."""
-        best = self._trial(found.change, found.values)
-        for k, value in enumerate(found.values):
-            best = self._section(best, k, (0.96 * value, 1.04 * value), sections=4)
-        return best
+    def _paired(self, best: Trial) -> Trial | None:
+        """The best change together with the one that explains most of the rest."""
+        others = [c for c in self.changes if c.kind != best.change.kind and not (c.first and best.change.first)]
+        rest = []
+        for sample in (self.small, self.large):
+            problem = best.change.apply(sample.problem, best.change.values(best.steps))
+            rest.append(replace(sample, problem=problem, base=sample.problem))
+        # A change that makes the problem anew cannot come second: what came before would be lost.
+        found = self._single(rest[0], rest[1], [c for c in others if not c.first])
+        second = found[0] if found else None
+        pair = None if second is None else self.large.trial(*_pair(best, second))
+        return pair if pair is None or not pair.steps else self.large.refined(pair, 1.2, 6)
 
-    def _tried(self, changes: Sequence[Change]) -> list[Found]:
-        trials = [self._on_grid(change) for change in changes if not change.grids]
-        if trials and 1.0 - max(trial.share for trial in trials) <= _NEARLY * (1.0 - self._without):
-            return _ranked(trials, self._without)  # a change with values would come after it
-        graded = [self._on_grid(change) for change in changes if change.grids]
-        graded.sort(key=lambda trial: trial.cost)
-        for number, trial in enumerate(graded[:_REFINED]):
-            graded[number] = self._refined(trial)
-            if len(trial.values) == 1 and 1.0 - graded[number].share <= _NEARLY * (1.0 - self._without):
-                break  # another change explains no more
-        return _ranked([*trials, *graded], self._without)
+    def _ranked(self, found: Sequence[Trial]) -> list[Trial]:
+        """Changes that explain the texture first, of these the fewest values, then by what they explain."""
+        large = self.large
 
-    def _on_grid(self, change: Change) -> Found:
-        """The change with the best values of its grid."""
-        return min((self._trial(change, values) for values in product(*change.grids)), key=lambda trial: trial.cost)
+        def key(trial: Trial) -> tuple[Any, ...]:
+            fits = large.fits(trial)
+            return not fits, len(trial.steps) * fits, round(-large.gain(trial) / _NEARLY) if fits else 0, trial.cost
 
-    def _refined(self, start: Found) -> Found:
-        """Golden sections along each value in turn, between its neighbours on the grid."""
-        grids, best = start.change.grids, start
-        for turn in range(1 if len(grids) == 1 else 3):
-            for k, grid in enumerate(grids):
-                at = int(np.argmin(np.abs(grid - start.values[k])))
-                low, high = (float(grid[min(max(at + step, 0), len(grid) - 1)]) for step in (-1, 1))
-                if turn:
-                    reach = (high - low) * 0.2**turn
-                    low, high = best.values[k] - reach, best.values[k] + reach
-                best = self._section(best, k, (low, high))
-        return best
-
-    def _section(self, best: Found, k: int, ends: tuple[float, float], sections: int = _SECTIONS) -> Found:
-        """The best value number k between two ends, the others as they are."""
-
-        def at(value: float) -> Found:
-            return self._trial(best.change, (*best.values[:k], value, *best.values[k + 1 :]))
-
-        # The cost of occlusion has steps: the best of many trials keeps the sections from an earlier one.
-        scan = [at(float(value)) for value in np.linspace(*ends, _SCANNED)]
-        k_best = int(np.argmin([trial.cost for trial in scan]))
-        low, high = scan[max(k_best - 1, 0)].values[k], scan[min(k_best + 1, _SCANNED - 1)].values[k]
-        left, right = at(high - _GOLDEN * (high - low)), at(low + _GOLDEN * (high - low))
-        for _ in range(sections):
-            if left.cost <= right.cost:
-                high, right = right.values[k], left
-                left = at(high - _GOLDEN * (high - low))
-            else:
-                low, left = left.values[k], right
-                right = at(low + _GOLDEN * (high - low))
-        return min((best, *scan, left, right), key=lambda trial: trial.cost)
-
-    def _trial(self, change: Change, values: Values) -> Found:
-        """One try. Its cost grows with the distance from the interval and, far more slowly, from its middle."""
-        off, from_middle = excess(change.apply(self.problem, values))
-        far = [np.divide(d, d + self._scale, out=np.ones(len(d)), where=np.isfinite(d)) for d in (off, from_middle)]
-        cost = float(self.weights @ far[0]) + 1e-4 * float(self.weights @ far[1])
-        return Found(change, values, self._share(off), cost)
-
-    def _share(self, off: FloatArray) -> float:
-        """The share of the texels that are not off."""
-        return 1.0 - float(self.weights @ (off > 0))
+        return sorted(found, key=key)
 
 
-def _ranked(found: Sequence[Found], without: float) -> list[Found]:
-    """The largest shares first, but before all those nearly as large as the largest, with the fewest values first."""
-    enough = max(each.share for each in found) - _NEARLY * (1.0 - without)
-    return sorted(found, key=lambda f: (f.share < enough, len(f.values) * (f.share >= enough), -f.share, f.cost))
+def _likely(sample: Sample, trials: Sequence[Trial], most: int) -> list[Trial]:
+    """The best changes that explain something, or one."""
+    return [t for k, t in enumerate(trials[:most]) if k == 0 or sample.gain(t) > _SOME]
 
 
-def _pair(first: Found, second: Found) -> Found:
-    one, other, split = first.change, second.change, len(first.values)
+def _cost(trial: Trial) -> float:
+    return trial.cost
 
-    def apply(problem: Problem, values: Values) -> Problem:
-        changed: Problem = other.apply(one.apply(problem, values[:split]), values[split:])
-        return changed
 
-    change = Change(f"{one.kind} and {other.kind}", apply, f"{one.words} and {other.words}")
-    return Found(change, (*first.values, *second.values), second.share, second.cost)
+def _pair(first: Trial, second: Trial) -> tuple[Change, Values]:
+    one, other, split = first.change, second.change, len(first.steps)
+
+    def apply(problem: Problem, values: Values) -> Problem | None:
+        changed = one.apply(problem, values[:split])
+        made: Problem | None = None if changed is None else other.apply(changed, values[split:])
+        return made
+
+    kind, words = f"{one.kind} and {other.kind}", f"{one.words} and {other.words}"
+    change = Change(kind, apply, words, (*one.axes, *other.axes), one.shared and other.shared)
+    return change, (*first.steps, *second.steps)
+
+
+def held(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Ends of the interval of what is read, and the middle before it is stored."""
+    low, high = problem.interval()
+    middle = 0.5 * (low + high)
+    return (low, high, middle) if problem.store is None else (*problem.store(low, high), middle)
+
+
+def beyond(mine: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """How far each number is outside an interval; infinitely far for NaN."""
+    off = np.where(mine < low, low - mine, np.where(mine > high, mine - high, 0.0))
+    return np.where(np.isnan(mine) | np.isnan(low) | np.isnan(high) | np.isnan(off), np.inf, off)
+
+
+def per_texel(off: FloatArray) -> FloatArray:
+    """The sum of a texel's channels, (K,)."""
+    return np.asarray(_columns(off).sum(axis=1))
+
+
+def _columns(numbers: NDArray[Any]) -> NDArray[Any]:
+    return numbers if numbers.ndim == 2 else numbers[:, None]

@@ -10,16 +10,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import correlate1d
 
 from lfssao.core.affine import Matrix
-from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.depth import ROUNDINGS
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
-from lfssao.verify.diagnosis.occlusion import half
-from lfssao.verify.diagnosis.post import decode, encode
-from lfssao.verify.diagnosis.search import SHARES, Change, Problem, fixed, hold, plain, scaled, shifts
+from lfssao.verify.diagnosis.post import decode, encode, half
+from lfssao.verify.diagnosis.search import Axis, Change, Function, Problem, cut, fixed, hold, plain, scaled, shifts
+from lfssao.verify.diagnosis.views import Sight, view_changes
 
-_SCALES = np.concatenate([np.geomspace(0.0007, 0.83, 12), np.linspace(0.871, 1.137, 14), np.geomspace(1.21, 1400, 12)])
+_SCALES = Axis(1e-5, 8.0, factor=True, number=16)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -32,9 +31,12 @@ class Image(Problem):
     shift: tuple[float, float] = (0.0, 0.0)
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
+        """The reference's interval at the texels."""
+        return self._around(self.columns + self.shift[0], self.rows + self.shift[1])
+
+    def _around(self, u: NDArray[Any], v: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
         """The reference's interval, between four texels by their distances, and wider where they bend."""
         height, width = self.lower.shape[:2]
-        u, v = self.columns + self.shift[0], self.rows + self.shift[1]
         i, j = np.floor(u).astype(np.int64), np.floor(v).astype(np.int64)
         low: Any = np.zeros(self.mine.shape)
         high, room = low, low
@@ -55,6 +57,7 @@ class Image(Problem):
             plain("v flipped", lambda p: p.changed(rows=height - 1 - p.rows)),
             plain("u and v flipped", lambda p: p.changed(columns=width - 1 - p.columns, rows=height - 1 - p.rows)),
             plain("half precision", lambda p: p.then(half)),
+            *cut(self),
             *shifts(lambda p, u, v: p.changed(shift=(u, v))),
         ]
         if height == width:
@@ -68,19 +71,43 @@ class Depth(Image):
 
     model: ErrorModel
     others: Callable[[], Mapping[str, NDArray[Any]]]  # depth of other modules, by what is wrong with it
+    sight: Sight  # the reference's
+    centre: FloatArray | None = None  # of the region of interest, metres
+    other: Sight | None = None  # a wrong renderer's, if it sees the scene otherwise
+
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """The reference's interval; of another sight where the points that it sees are in the reference's image.
+
+        A texel's own depth is a point of its ray. The reference's surface must be there as well: what its depth is off
+        by, the interval is moved by.
+        """
+        if self.other is None:
+            return super().ends()
+        u, v, z = self.sight.view.world_to_image(self.other.points(self.columns, self.rows, self.mine)).T
+        off = self.mine - z
+        low, high = self._around(np.nan_to_num(u - 0.5, nan=-1e6), np.nan_to_num(v - 0.5, nan=-1e6))
+        height, width = self.lower.shape
+        inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)  # nobody knows the surface beyond
+        return np.where(inside, low + off, -np.inf), np.where(inside, high + off, np.inf)
+
+    def seen_by(self, sight: Sight) -> "Depth":
+        """Depth by another sight."""
+        return self.changed(other=sight)
 
     def changes(self) -> list[Change]:
         """All changes of depth: of its own, and other modules', with room as rounding makes."""
         finite = self.lower[np.isfinite(self.lower)]
         size = float(np.ptp(finite)) if finite.size else 1.0
+        bias = Axis(1e-5 * (size or 1.0), 2 * (size or 1.0))
         return [
             plain("depth with the other sign", lambda p: p.then(np.negative)),
             *super().changes(),
             plain("1 / depth", lambda p: p.then(lambda z: 1 / np.where(z == 0, np.nan, z))),
             plain("1 - depth", lambda p: p.then(lambda z: 1 - z)),
             *(self._other(words, depth) for words, depth in self.others().items() if depth.shape == self.lower.shape),
-            scaled("depth bias", lambda p, b: p.then(lambda z: z + b), size * SHARES, "depth + {:.6g}"),
-            scaled("depth scale", lambda p, s: p.then(lambda z: z * s), _SCALES, "depth x {:.6g}"),
+            *view_changes(self.sight, self.centre, {}),
+            scaled("depth bias", lambda p, b: p.then(lambda z: z + b), bias, "depth {}"),
+            scaled("depth scale", lambda p, s: p.then(lambda z: z * s), _SCALES, "depth x {}"),
         ]
 
     def _other(self, words: str, depth: NDArray[Any]) -> Change:
@@ -95,14 +122,14 @@ class Color(Image):
 
     def changes(self) -> list[Change]:
         """All changes of colour."""
-        power = "colour to the power of {:.4f}"
+        power = "colour to the power of {}"
         return [
             plain("stored in sRGB", lambda p: p.then(encode)),
             plain("sRGB taken for linear light twice", lambda p: p.then(decode)),
             plain("red and blue exchanged", lambda p: p.changed(mine=p.mine[:, ::-1])),
             plain("1 - colour", lambda p: p.then(lambda x: 1 - x)),
             *super().changes(),
-            scaled("strength", lambda p, s: p.then(lambda x: x * s), _SCALES, "colour x {:.4f}"),
+            scaled("strength", lambda p, s: p.then(lambda x: x * s), _SCALES, "colour x {}"),
             scaled("power", lambda p, s: p.then(lambda x: np.clip(x, 0, 1) ** s), _SCALES, power),
         ]
 
@@ -118,11 +145,14 @@ class Positions(Problem):
     """Positions of K texels, (K, 3), mapped into the image, against the texels' centres and depth."""
 
     depth: FloatArray  # (K,)
-    mapping: WorldToImage
+    sight: Sight
+    centre: FloatArray | None  # of the region of interest, metres
+    others: Mapping[str, Sight]  # of other modules, by name
     model: ErrorModel
     cast_from_world: Matrix
     size: tuple[int, int]  # width and height of the texture
     shift: tuple[float, float] = (0.0, 0.0)
+    rounded: Function | None = None  # applied to right positions, in place of the mapping of mine
 
     kept: ClassVar = {"landed": frozenset({"columns", "rows", "depth", "shift"})}
 
@@ -131,17 +161,27 @@ class Positions(Problem):
         """Image points of the positions, u, v in texels and image z, (K, 3), and how far each is off."""
         size = float(np.abs(self.mine[np.isfinite(self.mine)]).max(initial=0.0))
         allowance = np.full(self.mine.shape, ROUNDINGS * self.model.operation * size)
-        places, error, _ = project_positions(self.mine, allowance, self.mapping, self.model)
+        places, error, _ = project_positions(self.mine, allowance, self.sight.mapping, self.model)
         return np.where(error[:, :1] > -np.inf, places, np.nan), np.maximum(error, 0.0)
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
-        """The texels' centres and depth less those of the positions, about 0 in world coordinates' place."""
+        """The texels' middles and depth less those of the positions, about 0 in world coordinates' place."""
+        if self.rounded is not None:
+            reach, columns, rows = self.model.centre, self.columns, self.rows
+            corners = [(a, b) for a in (-reach, reach) for b in (-reach, reach)]
+            made = [self.rounded(self.sight.points(columns + a, rows + b, self.depth)) for a, b in corners]
+            return np.min(made, axis=0), np.max(made, axis=0)
         places, error = self.landed
-        right = np.stack([self.columns + 0.5 + self.shift[0], self.rows + 0.5 + self.shift[1], self.depth], axis=-1)
+        depth, middle = self.sight.deepened(self.depth), self.sight.middle
+        u, v = self.columns + middle + self.shift[0], self.rows + middle + self.shift[1]
         room = error + np.array([self.model.centre, self.model.centre, 0.0])
-        room[:, 2] += ROUNDINGS * self.model.operation * float(np.abs(self.depth).max(initial=0.0))
-        off = self.mine + (right - places)
+        room[:, 2] += ROUNDINGS * self.model.operation * float(np.abs(depth).max(initial=0.0))
+        off = self.mine + (np.stack([u, v, depth], axis=-1) - places)
         return off - room, off + room
+
+    def seen_by(self, sight: Sight) -> "Positions":
+        """Positions by another sight."""
+        return self.changed(sight=sight)
 
     def changes(self) -> list[Change]:
         """All changes of positions."""
@@ -156,13 +196,15 @@ class Positions(Problem):
             plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),
             plain("v flipped", lambda p: p.changed(rows=height - 1 - p.rows)),
             plain("depth of half precision", lambda p: p.changed(depth=half(p.depth))),
+            plain("positions of half precision", lambda p: p.changed(rounded=half)),
             *shifts(lambda p, u, v: p.changed(shift=(u, v))),
-            scaled("scale", lambda p, s: p.changed(mine=p.mine / s), _SCALES, "positions x {:.6g}"),
+            *view_changes(self.sight, self.centre, self.others),
+            scaled("scale", lambda p, s: p.changed(mine=p.mine / s), _SCALES, "positions x {}"),
         ]
         largest = float(np.abs(self.mine[np.isfinite(self.mine)]).max(initial=1.0))
         for axis, way in axes:
             undo = partial(lambda way, p, b: p.changed(mine=p.mine - b * way), way)
-            made.append(scaled(f"bias of {axis}", undo, largest * SHARES, f"{axis} + {{:.6g}}"))
+            made.append(scaled(f"bias of {axis}", undo, Axis(1e-6 * largest, largest), f"{axis} {{}}"))
         return made
 
 

@@ -1,0 +1,54 @@
+"""What stands where there is no surface: another value than the reference's is judged apart, and named."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.optics.view import without_guard
+from lfssao.verify.diagnosis.search import Candidate
+from lfssao.verify.verdict import FAILED, Flags, Judgement, Verdict
+
+PLACED = ("depth", "positions")  # whose background is infinity; 0 is that of all others
+_SHARE = 0.99  # of the texels without surface that share a value
+
+
+def found_background(name: str, mine: NDArray[Any], depth: NDArray[Any]) -> float | None:
+    """The value that another renderer has where the reference's depth sees nothing, if nearly all have one.
+
+    None if it is the reference's own, the texture has no such texels, or the values differ.
+    """
+    empty = ~np.isfinite(without_guard(depth, (len(depth) - len(mine)) // 2))
+    there = np.reshape(mine, (*empty.shape, -1))[empty]
+    if not len(there):
+        return None
+    value = float(there[len(there) // 2, 0])
+    if value == (np.inf if name in PLACED else 0.0) or np.isnan(value):
+        return None
+    return value if np.mean(np.all(there == there.dtype.type(value), axis=1)) >= _SHARE else None
+
+
+def replaced(mine: NDArray[Any], value: float) -> tuple[NDArray[Any], Flags]:
+    """Depth or positions with infinity in place of a value, and the texels (H, W) that have it."""
+    flags = np.all(np.reshape(mine == mine.dtype.type(value), (*mine.shape[:2], -1)), axis=2)
+    made = mine.copy()
+    made[flags] = np.inf
+    return made, flags
+
+
+def with_background(judged: Judgement, flags: Flags) -> Judgement:
+    """The judgement of a texture whose background was replaced in some texels: these are wrong."""
+    if not judged.outside.size or not flags.any():
+        return judged
+    shape = judged.outside.shape
+    also = np.broadcast_to(flags.reshape((*flags.shape, *[1] * (len(shape) - 2))), shape)
+    verdict = judged.verdict if judged.verdict.code >= FAILED else Verdict.OUTSIDE
+    return replace(judged, verdict=verdict, differing=judged.differing | also, outside=judged.outside | also)
+
+
+def background_candidate(name: str, value: float) -> Candidate:
+    """The candidate that names a background."""
+    usual, hint = ("infinity", f"--background {value:g}") if name in PLACED else ("0", "")
+    words = f"background is {value:g} in place of {usual}"
+    return Candidate("background", (value,), words, 1.0, 1.0, 1.0, hint=hint)

@@ -1,0 +1,259 @@
+"""Changes of the numbers of a display file, or of a camera: how a wrong renderer sees the scene.
+
+A changed display makes another view. Depth, positions and occlusion of a wrong renderer are those of that view, so one
+change with one value is tried on all of them, and in all modules.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.core.affine import Matrix
+from lfssao.errors import InputError
+from lfssao.optics.camera import with_lens
+from lfssao.optics.display import Display, Module
+from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX
+from lfssao.optics.kernels.rays import write_points
+from lfssao.optics.view import DIFFUSERS, View, WorldToImage
+from lfssao.verify.bounds.bounds import FloatArray
+from lfssao.verify.diagnosis.search import Axis, Change
+
+CORNERS = "texel corners in place of centres"
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """How a renderer sees a scene: the view's rays and mapping, and what a wrong one may do to them."""
+
+    view: View
+    display: Display | None = None  # that the view is of, with this one module; None of a camera
+    middle: float = 0.5  # place inside its texel, along u and v, that a ray goes through
+    pinhole: bool = False  # whether rays meet in the lens in both axes
+
+    @property
+    def mapping(self) -> WorldToImage:
+        """The mapping world -> image. Of a pinhole image z is 1 / (lens z - z), which grows with z (``deepened``)."""
+        view = self.view
+        if not self.pinhole:
+            return view.world_to_image
+        m_x, m_z, _, _, u_scale, u_0, v_scale, v_0 = view.lens.tolist()
+        x, y, z = np.array(view.cast_from_world, np.float64)
+        away = np.array([0.0, 0.0, 0.0, m_z]) - z
+        right = np.array([0.0, 0.0, 0.0, m_x])
+        up = np.array([0.0, 0.0, 0.0, self.module.y])
+        u = (u_0 + u_scale * m_x) * away + u_scale * m_z * (x - right)
+        v = (v_0 + v_scale * self.module.y) * away + v_scale * m_z * (y - up)
+        return WorldToImage(MATRIX, np.concatenate([u, v, [0.0, 0.0, 0.0, 1.0], away]))
+
+    @property
+    def screen(self) -> Display:
+        """The display of a view that is no camera's."""
+        assert self.display is not None
+        return self.display
+
+    @property
+    def module(self) -> Module:
+        """The display's only module."""
+        return self.screen.modules[0]
+
+    def deepened(self, depth: NDArray[Any]) -> NDArray[Any]:
+        """Depths, +infinity for none, as the mapping's image z."""
+        if not self.pinhole:
+            return depth
+        with np.errstate(all="ignore"):
+            return np.where(np.isfinite(depth), 1 / (self.view.lens[1] - depth.astype(np.float64)), np.inf)
+
+    def points(self, columns: NDArray[Any], rows: NDArray[Any], depth: FloatArray) -> FloatArray:
+        """World points, (K, 3), of texels that see a depth."""
+        view, lens, z = self.view, self.view.lens, np.asarray(depth, np.float64)
+        if self.pinhole:
+            lens = lens.copy()
+            lens[2:4] = self.module.y, lens[1]
+        if view.screen_to_world is not None:
+            near, far, orthographic = lens[4:7].tolist()
+            z = near + z * (far - near) if orthographic else near / (1 - z * (1 - near / far))
+        made = np.empty((len(z), 3))
+        u, v = columns + self.middle, rows + self.middle
+        write_points(replace(view, lens=lens).rays, np.ravel(view.world_from_cast), u, v, z, made)
+        return made
+
+    def with_display(self, display: Display, cast: Matrix | None = None) -> "Sight":
+        """The same with another display, or another map to physical space."""
+        view = self.view
+        made = display.view(0, view.cast_from_world if cast is None else cast, view.guard)
+        return replace(self, view=replace(made, name=view.name), display=display)
+
+    def with_module(self, **changes: Any) -> "Sight":
+        """The same with other numbers of the module."""
+        return self.with_display(replace(self.screen, modules=(replace(self.module, **changes),)))
+
+    def with_screen(self, **changes: Any) -> "Sight":
+        """The same with other numbers of screen, observers or diffuser."""
+        return self.with_display(replace(self.screen, **changes))
+
+
+def sight_of(view: View, display: Display | None, index: int | None) -> Sight:
+    """The sight of a view: of the module of a number, of slits alone, or of a camera.
+
+    The region of interest of the display is left out, as changed displays need not hold it; ``display`` may have any
+    resolution.
+    """
+    if view.screen_to_world is not None or (display is None and view.rays.kind != CROSSED_SLITS):
+        return Sight(view)
+    width, height = view.width - 2 * view.guard, view.height - 2 * view.guard
+    tiny = ((-1e-9, -1e-9, -1e-9), (1e-9, 1e-9, 1e-9))
+    if display is None or index is None:
+        m_x, m_z, y_o, z_o, u_scale, _, v_scale, _ = view.lens.tolist()
+        module = Module(m_x, 0.0, m_z, width, height)
+        return Sight(view, Display("slits", width / u_scale, -height / v_scale, y_o, z_o, (module,), tiny))
+    display = display.with_resolution(width, height)
+    return Sight(view, replace(display, modules=(display.modules[index],), roi=tiny))
+
+
+def view_changes(sight: Sight, centre: FloatArray | None, others: Mapping[str, Sight]) -> list[Change]:
+    """Changes of a sight: numbers of its display or camera, and those of ``others``, by name.
+
+    ``centre``, (3,) metres, is that of the region of interest, about which a scene is scaled. A changed problem is that
+    of ``Problem.seen_by``; a display that cannot exist explains nothing.
+    """
+    made = [_changed(f"the mapping of {name}", lambda _, other=other: other) for name, other in others.items()]
+    if sight.display is not None:
+        made += _of_display(sight, sight.display)
+        if centre is not None:
+            made += _of_place(centre)
+    elif sight.view.screen_to_world is not None:
+        made += _of_camera(sight)
+    made.append(_changed(CORNERS, lambda s: replace(s, middle=0.0)))
+    return made
+
+
+def _changed(kind: str, make: Callable[..., Sight], *axes: Axis, words: str = "") -> Change:
+    """A change of the sight, with a value for each axis."""
+
+    def apply(problem: Any, values: tuple[float, ...]) -> Any:
+        try:
+            return problem.seen_by(make(problem.sight, *values))
+        except InputError:
+            return None
+
+    return Change(kind, apply, words or kind, axes, shared=True)
+
+
+_FACTOR, _METRES = Axis(1e-5, 1.2, factor=True), Axis(2e-6, 0.5)
+_DEGREES, _UNITS = Axis(1e-4, 20.0), Axis(1e-6, 1.0)
+
+
+def _factor(kind: str, make: Callable[[Sight, float], Sight]) -> Change:
+    return _changed(kind, make, _FACTOR, words=f"{kind} x {{}}")
+
+
+def _more(kind: str, make: Callable[[Sight, float], Sight], axis: Axis = _METRES, unit: str = " m") -> Change:
+    return _changed(kind, make, axis, words=f"{kind} {{}}{unit}")
+
+
+def _of_display(sight: Sight, display: Display) -> Iterator[Change]:
+    """Changes of the numbers that the view depends on."""
+    module = display.modules[0]
+    aligned = module.homography is None and module.field_of_view is None
+    yield _factor("observer distance", lambda s, f: s.with_screen(observer_z=s.screen.observer_z * f))
+    yield _more("observer height", lambda s, h: s.with_screen(observer_height=s.screen.observer_height + h))
+    yield _more("lens x", lambda s, d: s.with_module(x=s.module.x + d))
+    if display.diffuser == "conical" or display.screen_curvature or not aligned:  # else it does not matter
+        yield _more("lens y", lambda s, d: s.with_module(y=s.module.y + d))
+    yield _factor("lens z", lambda s, f: s.with_module(z=s.module.z * f))
+    if aligned:
+        yield _factor("screen width", lambda s, f: s.with_screen(screen_width=s.screen.screen_width * f))
+        yield _factor("screen height", lambda s, f: s.with_screen(screen_height=s.screen.screen_height * f))
+    for name, what in (("screen_curvature", "screen radius"), ("observer_curvature", "observer radius")):
+        if getattr(display, name):
+            yield _factor(what, partial(_of_curvature, name))
+            yield _changed(f"no {what}", lambda s, name=name: s.with_screen(**{name: 0.0}))
+            yield _changed(f"{what} with the other sign", partial(_of_curvature, name, factor=-1.0))
+    if not (display.screen_curvature or display.observer_curvature):
+        (other,) = (each for each in DIFFUSERS if each != display.diffuser)
+        kind = f"diffuser '{other}' in place of '{display.diffuser}'"
+        yield _changed(kind, lambda s: s.with_screen(diffuser=other))
+    if module.field_of_view is not None:
+        yield _factor("field of view", _of_angle)
+        for name in ("yaw", "pitch", "roll"):
+            yield _more(name, partial(_of_module, name), _DEGREES, " degrees")
+    for k in range(8) if module.homography is not None else ():
+        yield _more(f"homography[{k}]", partial(_of_homography, k), _reach(k, display), "")
+    for name in ("k1", "k2"):
+        yield _more(name, partial(_of_module, name), _UNITS, "")
+    if sight.view.rays.kind == CROSSED_SLITS:
+        yield _changed("a pinhole in both axes", lambda s: replace(s, pinhole=True))
+
+
+def _of_module(name: str, sight: Sight, more: float) -> Sight:
+    return sight.with_module(**{name: getattr(sight.module, name) + more})
+
+
+def _of_angle(sight: Sight, factor: float) -> Sight:
+    """Field of view x factor."""
+    return sight.with_module(field_of_view=(sight.module.field_of_view or 0.0) * factor)
+
+
+def _of_curvature(name: str, sight: Sight, factor: float) -> Sight:
+    """Radius x factor."""
+    return sight.with_screen(**{name: getattr(sight.screen, name) / factor})
+
+
+def _reach(k: int, display: Display) -> Axis:
+    """Changes of entry k that move the screen's edge by a millionth to a fifth of the texture."""
+    module = display.modules[0]
+    texels = (module.width, module.height, 1.0)[k // 3]
+    metres = (display.screen_width / 2, display.screen_height / 2, 1.0)[k % 3]
+    return Axis(1e-6 * texels / metres, 0.2 * texels / metres)
+
+
+def _of_homography(k: int, sight: Sight, more: float) -> Sight:
+    """A homography whose last entry is 1, with another entry k."""
+    given = sight.module.homography
+    assert given is not None
+    numbers = [h / given[8] for h in given]
+    numbers[k] += more
+    return sight.with_module(homography=tuple(numbers))
+
+
+def _of_place(centre: FloatArray) -> Iterator[Change]:
+    """Changes of where the scene lies in physical space, by the region of interest."""
+
+    def moved(factor: float, shift: FloatArray, sight: Sight) -> Sight:
+        cast = np.array(sight.view.cast_from_world, np.float64)
+        cast[:, 3] = centre + factor * (cast[:, 3] - centre) + shift
+        cast[:, :3] *= factor
+        return sight.with_display(sight.screen, cast)
+
+    yield _factor("ROI scale", lambda s, f: moved(f, np.zeros(3), s))
+    for axis, way in zip("xyz", np.eye(3), strict=True):
+        yield _more(f"ROI offset in {axis}", partial(lambda way, s, d: moved(1.0, d * way, s), way))
+
+
+def _of_camera(sight: Sight) -> Iterator[Change]:
+    """Changes of a camera's numbers: focal lengths, place and planes."""
+
+    def lens(factors: Mapping[int, float], s: Sight) -> Sight:
+        numbers = s.view.lens.copy()
+        for k, factor in factors.items():
+            numbers[k] *= factor
+        if not 0 < numbers[4] < numbers[5]:
+            raise InputError("the planes are not in order")
+        return replace(s, view=with_lens(s.view, numbers, s.view.cast_from_world))
+
+    def place(way: FloatArray, s: Sight, d: float) -> Sight:
+        cast = np.array(s.view.cast_from_world, np.float64)
+        cast[:, 3] -= d * (cast[:, :3] @ way)
+        return replace(s, view=with_lens(s.view, s.view.lens, cast))
+
+    yield _factor("field of view", lambda s, f: lens({0: 1 / f, 1: 1 / f}, s))
+    yield _factor("aspect", lambda s, f: lens({0: f}, s))
+    size = float(sight.view.lens[5] - sight.view.lens[4])
+    for axis, way in zip("xyz", np.eye(3), strict=True):
+        yield _more(f"eye {axis}", partial(place, way), Axis(1e-6 * size, 0.5 * size), "")
+    yield _factor("near plane", lambda s, f: lens({4: f}, s))
+    yield _factor("far plane", lambda s, f: lens({5: f}, s))

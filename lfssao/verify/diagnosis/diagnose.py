@@ -21,7 +21,19 @@ from lfssao.verify.case import Arrays, Case, described_mapping, described_option
 from lfssao.verify.diagnosis import post, surface
 from lfssao.verify.diagnosis.estimated import Estimated, face_normals
 from lfssao.verify.diagnosis.occlusion import Occlusion
-from lfssao.verify.diagnosis.search import FEWEST, NEAR, Candidate, Change, Places, Problem, Sample, Search, Trial
+from lfssao.verify.diagnosis.search import (
+    FEWEST,
+    NEAR,
+    OUTSIDE,
+    Candidate,
+    Change,
+    Places,
+    Problem,
+    Sample,
+    Search,
+    Trial,
+    pair,
+)
 from lfssao.verify.diagnosis.views import Sight, sight_of
 from lfssao.verify.verdict import Flags, Judgement, texels
 
@@ -30,6 +42,8 @@ _SEARCHED = 2400  # on which the best are refined
 _POLISHED = 400_000  # samples or taps of the texels that the best change's values are made good on
 _MOST = 2_000_000  # samples or taps that shares are counted over
 _FEWEST = 2_000  # texels
+_TOLD = 4  # changes that explain a texture, of which other textures may tell the right one
+_INNER = 0.1  # share of the wrong texels whose samples all stay inside, at least, to be explained by themselves
 Texels = dict[str, Any]  # what all problems have, by the names of their fields
 
 
@@ -38,7 +52,8 @@ class Diagnosis:
     """Changes of the reference that were tried on one texture."""
 
     fits: bool  # whether the first candidate explains it
-    candidates: tuple[Candidate, ...]  # the best, at most two, the best first; none if nothing comes near
+    # All that explain it, or at most two that come near, the best first
+    candidates: tuple[Candidate, ...]
     without: float  # share of the surface texels, 0 to 1, that agree with the reference as it is
     texels: int  # number of surface texels that the candidates' shares are of
     wrong: int  # number of wrong surface texels that shares of wrong texels are of
@@ -120,16 +135,16 @@ class WrongTexture:
             return None
         if len(bad) < FEWEST:
             return Diagnosis(False, (), len(good) / (len(good) + len(bad)), len(good) + len(bad), len(bad))
-        found = self._explained(bad, good, problem.cost, known, search)
-        if found is None or found.fits or not search:
-            return found
-        leaving = self._leaving(bad), self._leaving(good)
-        inner = bad[~leaving[0]]
-        if len(inner) < min(0.95 * len(bad), len(bad) - 1) and len(inner) > 0:
-            other = self._explained(inner, good[~leaving[1]], problem.cost, known, True)
-            if other is not None and other.fits:
-                return replace(other, left_out=len(bad) - len(inner))
-        return found
+        cost = problem.cost
+        inner, others = bad[~self._leaving(bad)], good[~self._leaving(good)]
+        if len(inner) < max(FEWEST, _INNER * len(bad)) or len(inner) == len(bad):
+            return self._explained(bad, good, cost, known, search)
+        # Samples that leave the texture may be a fault of their own: the others are explained before them.
+        found = self._explained(inner, others, cost, known, search)
+        if found is None or not found.fits:
+            return found and replace(found, left_out=len(bad) - len(inner))
+        whole = self._explained(bad, good, cost, found.candidates, False, borders=True)
+        return replace(found, left_out=len(bad) - len(inner)) if whole is None else whole
 
     def _leaving(self, places: Places) -> Flags:
         """Whether a sample of a texel may leave the texture."""
@@ -138,9 +153,9 @@ class WrongTexture:
         return problem.leaves()
 
     def _explained(
-        self, bad: Places, good: Places, cost: int, known: Sequence[Candidate], search: bool
+        self, bad: Places, good: Places, cost: int, known: Sequence[Candidate], search: bool, borders: bool = False
     ) -> Diagnosis | None:
-        """The diagnosis of wrong texels among others."""
+        """The diagnosis of wrong texels among others; ``borders``: known changes with a fault of the border as well."""
 
         def drawn(most: int) -> Sample:
             """Texels, up to half of them wrong ones, each with the weight of those that it stands for."""
@@ -160,29 +175,33 @@ class WrongTexture:
         by_kind = {change.kind: change for change in changes}
         told = [self._again(each, by_kind, large, counted) for each in known]
         best = next((trial for trial in told if trial is not None), None)
+        if best is None and borders:
+            best = self._with_border(known[0], by_kind, counted)
         if best is None and not search:
             return None
         found = [best] if best is not None else self._searched(Search(small, large, changes), counted, cost, drawn)
-        made = tuple(self._candidate(counted.trial(trial.change, trial.steps)) for trial in found[:2])
+        tried = [counted.trial(trial.change, trial.steps) for trial in found[:_TOLD]]
         share = (1.0 - counted.before, len(counted.weights), len(bad))
         subject = self.case.parameters["estimator"] if self.name in self._layers else f"the reference's {self.name}"
-        if found and counted.fits(counted.trial(found[0].change, found[0].steps)):
-            return Diagnosis(True, made, *share, subject=subject)
-        gains = [counted.gain(counted.trial(trial.change, trial.steps)) for trial in found[:2]]
-        near = tuple(c for c, gain in zip(made, gains, strict=True) if gain >= NEAR)
+        if tried and counted.fits(tried[0]):
+            fitting = tuple(self._candidate(trial) for trial in tried if counted.fits(trial))
+            return Diagnosis(True, fitting, *share, subject=subject)
+        gains = [counted.gain(trial) for trial in tried[:2]]
+        near = tuple(self._candidate(t) for t, gain in zip(tried, gains, strict=False) if gain >= NEAR)
         return Diagnosis(False, near, *share, max(gains, default=0.0), subject=subject)
 
     def _searched(self, search: Search, counted: Sample, cost: int, drawn: Callable[[int], Sample]) -> Sequence[Trial]:
         """What a search finds, its values made good on more texels, the best first."""
         found = list(search.best())
-        fitting = [trial for trial in found if search.large.fits(trial)][:3]
+        fitting = [trial for trial in found if search.large.fits(trial)][:_TOLD]
         if self.name not in self._layers or isinstance(counted.problem, Estimated) or not fitting:
             return found
         more = drawn(max(_POLISHED // cost, _FEWEST))  # counts have steps: fewer texels leave values open
-        polished = [more.refined(t, 1.1, 8) if t.steps else more.trial(t.change, ()) for t in fitting]
+        polished = [more.refined(t, 1.1) if t.steps else more.trial(t.change, ()) for t in fitting]
         fewest = min(len(trial.steps) for trial in polished)
         polished.sort(key=lambda t: (len(t.steps) > fewest, t.cost))
-        return [*polished, *found]
+        kinds = {trial.change.kind for trial in polished}
+        return [*polished, *(trial for trial in found if trial.change.kind not in kinds)]
 
     def _again(self, known: Candidate, changes: Mapping[str, Change], large: Sample, counted: Sample) -> Trial | None:
         """A change of another texture, with its values or others near them, if it explains this one."""
@@ -195,6 +214,16 @@ class WrongTexture:
             return trial if counted.fits(trial) else None
         trial = counted.trial(change, large.refined(large.trial(change, steps), 1.2).steps)
         return trial if counted.fits(trial) else None
+
+    def _with_border(self, known: Candidate, changes: Mapping[str, Change], counted: Sample) -> Trial | None:
+        """A change together with another rule for samples outside the texture, if both explain it."""
+        first = changes.get(known.kind)
+        if first is None:
+            return None
+        steps = tuple(axis.step(value) for axis, value in zip(first.axes, known.values, strict=True))
+        rules = [change for kind, change in changes.items() if kind.startswith(OUTSIDE)]
+        pairs = [counted.trial(*pair(first, steps, second, ())) for second in rules]
+        return next((trial for trial in pairs if counted.fits(trial)), None)
 
     def _candidate(self, trial: Trial) -> Candidate:
         """The candidate of a trial on the counted texels."""

@@ -24,7 +24,7 @@ from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import BOUNDED, point_bounds
 from lfssao.verify.diagnosis.occlusion import other_tables, other_turns
 from lfssao.verify.diagnosis.post import half, of_texture
-from lfssao.verify.diagnosis.search import FACTOR, INSIDE, Axis, Change, Problem, fixed, plain, scaled
+from lfssao.verify.diagnosis.search import FACTOR, INSIDE, OUTSIDE, Axis, Change, Problem, fixed, plain, scaled
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 
@@ -97,7 +97,7 @@ class Estimated(Problem):
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
         made = [*of_texture(self), *self._of_options(), *view_changes(self.sight, self.centre, self.others)]
-        made += [fixed(f"samples outside the texture held by {border}", border=border) for border in INSIDE]
+        made += [fixed(f"{OUTSIDE} held by {border}", border=border) for border in INSIDE]
         made.append(_with_buffers("positions of half precision", positions=lambda b: half(b.positions)))
         made.append(_with_buffers("depth of half precision", depth=lambda b: half(b.depth)))
         if self.estimator.turns:

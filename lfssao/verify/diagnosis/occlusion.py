@@ -24,6 +24,7 @@ from lfssao.verify.bounds.ssao import project_positions
 from lfssao.verify.diagnosis.post import half, of_texture
 from lfssao.verify.diagnosis.search import (
     INSIDE,
+    OUTSIDE,
     Axis,
     Change,
     Function,
@@ -233,7 +234,10 @@ class Occlusion(Problem):
             c, s = cos(radians(degrees)), sin(radians(degrees))
             return p.changed(samples=p.samples @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
 
-        turned, bias = Axis(0.005, 180.0, number=22, signed=False), Axis(1e-5 * reach, 2 * reach)
+        turned, bias = (
+            Axis(0.005, 181.0, more=tuple(np.arange(11.3, 180.0, 11.3)), signed=False),
+            Axis(1e-5 * reach, 2 * reach),
+        )
         return [
             scaled("radius", lambda p, f: p.changed(radius=p.radius * f)),
             *shifts(lambda p, u, v: p.changed(image=np.array([[1, 0, u], [0, 1, v], [0, 0, 1]]) @ p.image)),
@@ -246,7 +250,6 @@ class Occlusion(Problem):
 
 
 def _of_look_ups(height: int, width: int) -> list[Change]:
-    outside = "samples outside the texture"
     return [
         _moved("u flipped", [[-1, 0, width], [0, 1, 0], [0, 0, 1]]),
         _moved("v flipped", [[1, 0, 0], [0, -1, height], [0, 0, 1]]),
@@ -254,8 +257,8 @@ def _of_look_ups(height: int, width: int) -> list[Change]:
         _moved("u and v transposed", [[0, 1, 0], [1, 0, 0], [0, 0, 1]]),
         _moved("look-ups at the nearest centre, half a texel off", [[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]]),
         _moved("look-ups half a texel up and left", [[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1]]),
-        fixed(f"{outside} occluded", border="occluded"),
-        *(fixed(f"{outside} held by {border}", border=border) for border in INSIDE),
+        fixed(f"{OUTSIDE} occluded", border="occluded"),
+        *(fixed(f"{OUTSIDE} held by {border}", border=border) for border in INSIDE),
         fixed("surDepth <= smp.z in place of <", relation="<="),
         fixed("surDepth > smp.z in place of <", relation=">"),
         plain("depth with the other sign", lambda p: p.changed(depth=-p.depth)),

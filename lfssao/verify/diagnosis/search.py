@@ -31,11 +31,14 @@ _LEFT = 0.05  # share of the wrong texels that it may leave wrong, or make wrong
 FEWEST = 8  # wrong texels that it decides: fewer agree with many a change by chance
 NEAR = 0.3  # share of the wrong texels, less those that it makes wrong, that the nearest change explains at least
 _NEARLY = 0.005  # changes whose shares of the wrong texels differ by less are as good as each other
+_EQUAL = 0.001  # of changes that predict the same
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
+_SECTIONS, _LEVEL = 36, 3  # each narrows the bracket to 0.62 of it: to the rounding of float32, or until it is level
 _END = 0.97  # of the largest size of a value: what is found beyond is the end of the search
 _SOME = 0.1  # share of the wrong texels that a change explains, less what it makes wrong, to be tried further
 _PLAIN, _GRADED, _REFINED = 12, 14, 6  # changes without and with values that are kept after screening, and refined
 
+OUTSIDE = "samples outside the texture"  # begins the names of changes of the border
 INSIDE = ("clamp", "mirror", "wrap", "mirror without the edge")  # rules by which a texel inside stands for one outside
 
 
@@ -113,13 +116,19 @@ class Axis:
     factor: bool = False  # whether the value is exp(step) and not the step itself
     signs: tuple[int, ...] = (1, -1)
     number: int = 9  # of sizes that are tried first
+    more: tuple[float, ...] = ()  # sizes besides those
     signed: bool = True  # whether a value that is no factor is printed as '+ 1' or '- 1'
 
     @property
     def steps(self) -> FloatArray:
         """The steps to try first."""
-        sizes = np.geomspace(self.least, self.most, self.number)
+        sizes = np.concatenate([np.geomspace(self.least, self.most, self.number), self.more])
         return np.concatenate([sign * sizes for sign in self.signs])
+
+    @property
+    def ratio(self) -> float:
+        """Of a size to the one before."""
+        return float((self.most / self.least) ** (1 / (self.number - 1)))
 
     def value(self, step: float) -> float:
         """The value of a step."""
@@ -256,9 +265,11 @@ class Sample:
 
     @cached_property
     def _balanced(self) -> tuple[FloatArray, FloatArray]:
-        """Weights of wrong and of other texels, each of which sum to 1/2, or to 1 where there are no others."""
-        wrong, others = self.wrong / max(self.wrong.sum(), 1), ~self.wrong / max((~self.wrong).sum(), 1)
-        return (wrong, others) if self.wrong.all() or not self.wrong.any() else (wrong / 2, others / 2)
+        """Weights of wrong and of other texels, which sum to 1: halves, unless a wrong one would weigh less."""
+        number, others = max(int(self.wrong.sum()), 1), max(int((~self.wrong).sum()), 1)
+        wrong, rest = self.wrong / number, ~self.wrong / max(number, others)
+        total = float(wrong.sum() + rest.sum())
+        return wrong / total, rest / total
 
     @cached_property
     def deviation(self) -> FloatArray:
@@ -312,20 +323,25 @@ class Sample:
         made = max(trial.left - self.before * (1 - trial.explained), 0.0)
         return trial.explained - made / (self.before or 1.0)
 
-    def on_grid(self, change: Change) -> Trial:
-        """The change with the best steps of its axes, the smallest of the best ones."""
+    def near_grid(self, change: Change) -> Trial:
+        """The change with the best steps of its axes' grids and, of one axis, of those around."""
         grids = [axis.steps for axis in change.axes]
         trials = [self.trial(change, tuple(map(float, steps))) for steps in product(*grids)]
-        return min(trials, key=lambda trial: (round(trial.cost, 7), trial.size))
+        best = min(trials, key=_order)
+        if len(grids) > 1:
+            return best
+        axis, (step,) = change.axes[0], best.steps
+        around = np.geomspace(1 / axis.ratio, axis.ratio, 9)[1:-1] * step
+        return min([best, *(self.trial(change, (float(x),)) for x in around if abs(x) <= axis.most)], key=_order)
 
-    def refined(self, best: Trial, reach: float, sections: int = 10) -> Trial:
+    def refined(self, best: Trial, reach: float) -> Trial:
         """Golden sections along each step in turn, of sizes within a factor ``reach``."""
         for turn in range(1 if len(best.steps) == 1 else 3):
             for k in range(len(best.steps)):
-                best = self._section(self.trial(best.change, best.steps), k, reach ** (1 / (1 + turn)), sections)
+                best = self._section(self.trial(best.change, best.steps), k, reach ** (1 / (1 + turn)))
         return best
 
-    def _section(self, best: Trial, k: int, reach: float, sections: int) -> Trial:
+    def _section(self, best: Trial, k: int, reach: float) -> Trial:
         """The best step number k, the others as they are."""
         sign, size = np.sign(best.steps[k]), abs(best.steps[k])
 
@@ -339,9 +355,12 @@ class Sample:
         k_best = min(range(9), key=lambda n: (round(scan[n].cost, 9), n))
         low, high = places[max(k_best - 1, 0)], places[min(k_best + 1, 8)]
         a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        left, right, tried = at(a), at(b), [best, *scan]
-        for _ in range(sections):
+        left, right, tried, level = at(a), at(b), [best, *scan], 0
+        for _ in range(_SECTIONS):
             tried += [left, right]
+            level = level + 1 if left.cost == right.cost else 0
+            if level == _LEVEL:
+                break
             if left.cost <= right.cost:
                 high, b, right = b, a, left
                 a = high - _GOLDEN * (high - low)
@@ -350,7 +369,7 @@ class Sample:
                 low, a, left = a, b, right
                 b = low + _GOLDEN * (high - low)
                 right = at(b)
-        return min([*tried, left, right], key=lambda trial: (round(trial.cost, 9), trial.size))
+        return min([*tried, left, right], key=_order)
 
 
 @dataclass(frozen=True, eq=False)
@@ -376,8 +395,8 @@ class Search:
         if any(large.fits(t) and t.left <= _NEARLY * large.before for t in found):
             return self._ranked(found)
         for count in (1, 2):  # values: two where one does not do
-            graded = sorted((small.on_grid(c) for c in changes if len(c.axes) == count), key=_cost)
-            near = sorted((small.refined(t, 5.0) for t in graded[:_GRADED] if t.cost < np.inf), key=_cost)
+            graded = sorted((small.near_grid(c) for c in changes if len(c.axes) == count), key=_cost)
+            near = sorted((small.refined(t, 1.6) for t in graded[:_GRADED] if t.cost < np.inf), key=_cost)
             found += [large.refined(t, 1.5) for t in _likely(small, near, _REFINED)]
             if any(large.fits(t) for t in found):
                 break
@@ -393,16 +412,20 @@ class Search:
         # A change that makes the problem anew cannot come second: what came before would be lost.
         found = self._single(rest[0], rest[1], [c for c in others if not c.first])
         second = found[0] if found else None
-        pair = None if second is None else self.large.trial(*_pair(best, second))
-        return pair if pair is None or not pair.steps else self.large.refined(pair, 1.2, 6)
+        if second is None:
+            return None
+        made = self.large.trial(*pair(best.change, best.steps, second.change, second.steps))
+        return self.large.refined(made, 1.2) if made.steps else made
 
     def _ranked(self, found: Sequence[Trial]) -> list[Trial]:
         """Changes that explain the texture first, of these the fewest values, then by what they explain."""
         large = self.large
 
         def key(trial: Trial) -> tuple[Any, ...]:
-            fits = large.fits(trial)
-            return not fits, len(trial.steps) * fits, round(-large.gain(trial) / _NEARLY) if fits else 0, trial.cost
+            if not large.fits(trial):
+                return True, 0, 0, False, trial.cost
+            # Of equals a fault of one stage comes before a number of the view, which is one in all stages.
+            return False, len(trial.steps), round(-large.gain(trial) / _EQUAL), trial.change.shared, trial.cost
 
         return sorted(found, key=key)
 
@@ -416,8 +439,14 @@ def _cost(trial: Trial) -> float:
     return trial.cost
 
 
-def _pair(first: Trial, second: Trial) -> tuple[Change, Values]:
-    one, other, split = first.change, second.change, len(first.steps)
+def _order(trial: Trial) -> tuple[float, float]:
+    """The smallest of the steps that cost least first: a value beyond may break what the sample does not have."""
+    return round(trial.cost, 9), trial.size
+
+
+def pair(one: Change, first: Values, other: Change, second: Values) -> tuple[Change, Values]:
+    """Two changes at once, and their steps."""
+    split = len(first)
 
     def apply(problem: Problem, values: Values) -> Problem | None:
         changed = one.apply(problem, values[:split])
@@ -425,8 +454,7 @@ def _pair(first: Trial, second: Trial) -> tuple[Change, Values]:
         return made
 
     kind, words = f"{one.kind} and {other.kind}", f"{one.words} and {other.words}"
-    change = Change(kind, apply, words, (*one.axes, *other.axes), one.shared and other.shared)
-    return change, (*first.steps, *second.steps)
+    return Change(kind, apply, words, (*one.axes, *other.axes), one.shared and other.shared), (*first, *second)
 
 
 def held(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:

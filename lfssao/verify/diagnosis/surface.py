@@ -38,15 +38,17 @@ class Image(Problem):
         """The reference's interval, between four texels by their distances, and wider where they bend."""
         height, width = self.lower.shape[:2]
         i, j = np.floor(u).astype(np.int64), np.floor(v).astype(np.int64)
+        # Twice what a parabola of the same second differences is off a plane.
+        off = (u - i) * (1 - (u - i)) + (v - j) * (1 - (v - j))
         low: Any = np.zeros(self.mine.shape)
         high, room = low, low
         for b, a in ((0, 0), (0, 1), (1, 0), (1, 1)):
             near = hold(j + b, height, "clamp"), hold(i + a, width, "clamp")
             weight = np.abs((1 - a) - (u - i)) * np.abs((1 - b) - (v - j))
-            weight = weight.reshape(-1, *[1] * (low.ndim - 1))
-            low = low + np.where(weight > 0, weight * self.lower[near], 0.0)
-            high = high + np.where(weight > 0, weight * self.upper[near], 0.0)
-            room = np.fmax(room, np.minimum(8 * weight * (1 - weight), 1) * self.bend[near])
+            here, away = (x.reshape(-1, *[1] * (low.ndim - 1)) for x in (weight, off))
+            low = low + np.where(here > 0, here * self.lower[near], 0.0)
+            high = high + np.where(here > 0, here * self.upper[near], 0.0)
+            room = np.fmax(room, np.where((here > 0) & (away > 0), away * self.bend[near], 0.0))
         return np.where(np.isinf(room), -np.inf, low - room), np.where(np.isinf(room), np.inf, high + room)
 
     def changes(self) -> list[Change]:

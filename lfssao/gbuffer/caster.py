@@ -180,6 +180,21 @@ class RayCaster:
                 surface.write_normals(rays, world, seen, used, known, directions[part], rows.start)
         return GBuffer(depth=depth, positions=places, color=rgb, triangle=triangle, normals=directions)
 
+    def first_depths(self, lines: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Where each of n lines in cast space first hits the mesh: t of origin + t direction, infinity for none.
+
+        ``lines``, (n, 8) float64, are the points at t = 0 and 1, of which the second has the larger z, and the least
+        and greatest t; t is (n,) float64.
+        """
+        origin, direction, (near, far) = lines[:, :3], lines[:, 3:6] - lines[:, :3], lines[:, 6:].T
+        z, slope = origin[:, 2], direction[:, 2]
+        across = direction[:, :2] / slope[:, None]
+        ends = np.stack([z + near * slope, z + far * slope], axis=1)
+        given = np.ascontiguousarray(np.hstack([origin[:, :2] - across * z[:, None], across, ends]))
+        found = np.empty(len(given))
+        first_hit.first_depths(given, self._tree.arrays, found)
+        return np.asarray((found - z) / slope)
+
     def _first_hits(self, view: View, rows: range, triangle: NDArray[np.int32], z: NDArray[np.float64]) -> None:
         """Find triangle and z of each texel by the faster way; both give the same bits."""
         candidates = rasterize.candidate_pairs(view, self._tree, rows)

@@ -154,6 +154,38 @@ def _shorten(best, packet):
     packet[9, _SUBS * _SUBS] = tile_far
 
 
+@kernel(rows="lines")
+def first_depths(begin, stop, lines, tree, z):
+    """Write z of the first triangle that each of n lines hits, float64, infinity for none.
+
+    lines: (n, 6), o_x, o_y, d_x, d_y and the z between which the line lies.
+    """
+    boxes = tree.boxes
+    first_leaf = (boxes.shape[0] + 1) // 2 - 1
+    stack, packet = np.empty(_STACK, np.int64), np.empty((10, 1))
+    for k in range(begin, stop):
+        ox, oy, dx, dy, near, best = lines[k, 0], lines[k, 1], lines[k, 2], lines[k, 3], lines[k, 4], lines[k, 5]
+        packet[0:2, 0], packet[2:4, 0], packet[4:6, 0], packet[6:8, 0] = ox, dx, oy, dy
+        packet[8, 0], packet[9, 0], z[k] = near, best, np.inf
+        stack[0], top = 0, 1
+        while top > 0 and near < lines[k, 5]:
+            top -= 1
+            node = stack[top]
+            x0, y0, z0 = boxes[node, 0], boxes[node, 1], boxes[node, 2]
+            x1, y1, z1 = boxes[node, 3], boxes[node, 4], boxes[node, 5]
+            if not _may_meet(packet, 0, x0, y0, z0, x1, y1, z1):
+                continue
+            if node < first_leaf:
+                stack[top], stack[top + 1] = 2 * node + 2, 2 * node + 1
+                top += 2
+                continue
+            start = LEAF * (node - first_leaf)
+            for p in range(start, min(start + LEAF, tree.order.shape[0])):
+                hit, at = hit_triangle(ox, oy, dx, dy, triangle_at(tree.corners, p))
+                if hit and near < at < packet[9, 0]:
+                    packet[9, 0], z[k] = at, at
+
+
 @kernel(rows="proposal")
 def first_hits(begin, stop, rays, width, height, tree, proposal, triangle, z, top=0):
     """Write the first triangle of every texel's ray: the smallest z, and of equal z the smallest number.

@@ -95,13 +95,17 @@ def write_directions(begin, stop, rays, m, directions):
 
 
 @kernel
-def write_points(rays, m, u, v, z, points):
-    """Write world points, (n, 3), at cast z, (n,), on the rays through image points; m the map cast -> world, (12,)."""
-    for k in range(points.shape[0]):
-        ox, oy, _, dx, dy, _, _, _ = texel_ray(rays, u[k], v[k])
-        x, y = ox + z[k] * dx, oy + z[k] * dy
+def write_lines(rays, m, u, v, lines):
+    """Write the rays through n image points as lines of the world, (n, 8); m the map cast -> world, (12,).
+
+    A line is the world points at cast z = 0 and 1, then cast z of the ray's ends.
+    """
+    for k in range(lines.shape[0]):
+        ox, oy, _, dx, dy, _, near, far = texel_ray(rays, u[k], v[k])
         for row in range(3):
-            points[k, row] = affine_row(m, row, x, y, z[k])
+            lines[k, row] = affine_row(m, row, ox, oy, 0.0)
+            lines[k, 3 + row] = affine_row(m, row, ox + dx, oy + dy, 1.0)
+        lines[k, 6], lines[k, 7] = near, far
 
 
 @kernel

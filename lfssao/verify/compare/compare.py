@@ -137,7 +137,7 @@ class Comparison:
             if self._surface is None:
                 raise InputError(f"--mesh: {reference} is not what 'lfssao render' writes, its views are not known")
             _ = self._surface.mesh  # refused before anything is compared
-        self._diagnoser = Diagnoser(self._reference, self._model) if diagnosis else None
+        self._diagnoser = Diagnoser(self._reference, self._model, self._surface) if diagnosis else None
         self._results: list[Result] = []
         self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
         self._panels: Panels | None = None

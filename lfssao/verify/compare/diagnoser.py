@@ -3,12 +3,13 @@
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
+from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
 from lfssao.rendering.folder import display_of, reading_manifest
 from lfssao.rendering.image_file import read_image_file
@@ -18,6 +19,7 @@ from lfssao.verify.case import VIEW, Arrays, Case, described_view
 from lfssao.verify.compare.background import background_candidate
 from lfssao.verify.compare.layers import layers_of
 from lfssao.verify.compare.source import Reference
+from lfssao.verify.compare.surface import Surface
 from lfssao.verify.diagnosis.diagnose import Diagnosis, WrongTexture
 from lfssao.verify.diagnosis.search import Candidate
 from lfssao.verify.diagnosis.views import Sight, sight_of
@@ -31,7 +33,8 @@ WRONG = (Verdict.OUTSIDE, Verdict.DIFFERENT)
 class Diagnoser:
     """Diagnoses of the wrong textures of a reference's modules."""
 
-    def __init__(self, reference: Reference, model: ErrorModel) -> None:
+    def __init__(self, reference: Reference, model: ErrorModel, surface: Surface | None) -> None:
+        self._surface = surface
         self._reference, self._model = reference, MODELS["nearest"] if model.exact else model
         self._names = list(reference.files)
         self._opposite = dict(zip(self._names, reversed(self._names), strict=True))  # modules in reverse order
@@ -70,6 +73,7 @@ class Diagnoser:
             display=self._place(module),
             others={words: self._sights[other] for words, other in self._others(module).items()},
             depths=lambda: dict(self._depths(module)),
+            caster=partial(self._caster, module),
             sampling=(self._reference.manifest or {}).get("sampling") or {},
             channel=channel,
             background=None if background is None else background_candidate(name, background),
@@ -86,6 +90,9 @@ class Diagnoser:
             elif each.kind != "background" and each not in self._found[stage]:
                 self._found[stage].append(each)
         return found
+
+    def _caster(self, module: str) -> RayCaster | None:
+        return None if self._surface is None else self._surface.caster(self._reference.entries[module])
 
     @cached_property
     def _display(self) -> Display | None:

@@ -46,19 +46,29 @@ class Surface:
             self._has_colors = mesh.paint is not None and found["paint_sha256"] == scene["paint_sha256"]
             return mesh if frame is None else moved(mesh, np.reshape(frame["world_from_scene"], (3, 4)))
 
+    def caster(self, entry: dict[str, Any]) -> RayCaster | None:
+        """The mesh ready to be ray cast from a view; None if it is not at hand."""
+        with reading_manifest(self._path):
+            if self.mesh is None:
+                return None
+            try:
+                threads, view = int(config.NUMBA_NUM_THREADS), view_of(entry["name"], entry["view"])
+                self._caster = self._caster or RayCaster(self.mesh, view.cast_from_world, threads)
+            except MissingPackageError:
+                return None
+            return self._caster
+
     def bounds(self, entry: dict[str, Any], shape: tuple[int, ...], model: ErrorModel) -> dict[str, Bounds]:
         """Bounds of a view's depth, of that shape, and colour, as far as the mesh is at hand and rays can be cast."""
         with reading_manifest(self._path):
             if self.mesh is None or shape != (entry["view"]["height"], entry["view"]["width"]):
                 return {}
             view = view_of(entry["name"], entry["view"])
-            try:
-                threads = int(config.NUMBA_NUM_THREADS)
-                self._caster = self._caster or RayCaster(self.mesh, view.cast_from_world, threads)
-            except MissingPackageError:
+            caster = self.caster(entry)
+            if caster is None:
                 return {}
-            made = {"depth": depth_bounds(self._caster, view, model)}
+            made = {"depth": depth_bounds(caster, view, model)}
             if self._has_colors:
                 chosen = self._manifest["settings"]["color_filter"]
-                made["color"] = color_bounds(self._caster, view, chosen, model)
+                made["color"] = color_bounds(caster, view, chosen, model)
             return made

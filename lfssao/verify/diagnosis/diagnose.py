@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.ao.textures import Buffers
+from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import WorldToImage, without_guard
@@ -108,6 +109,7 @@ class WrongTexture:
     display: tuple[Display, int] | None = None  # the display, and the module's number
     others: Mapping[str, WorldToImage | Sight] = field(default_factory=dict)  # other modules, by name
     depths: Callable[[], Mapping[str, NDArray[Any]]] = dict  # of other modules, by what is wrong with them
+    caster: Callable[[], RayCaster | None] = lambda: None  # of the mesh, where it is at hand
     sampling: Mapping[str, Any] = field(default_factory=dict)  # method and seed of the samples
     channel: str = ""  # the renderer's own name of the texture
     background: Candidate | None = None  # what stood where there is no surface, if that was wrong
@@ -315,7 +317,7 @@ class WrongTexture:
         if self.name == "color":
             return surface.Color(**at, **self._interval)
         view = {key: self._view[key] for key in ("sight", "centre")}
-        return surface.Depth(**at, **self._interval, **view, model=self.model, others=self.depths)
+        return surface.Depth(**at, **self._interval, **view, model=self.model, others=self.depths, caster=self.caster())
 
     def _positions(self, at: Texels) -> surface.Positions | None:
         depth, parameters = self.inputs.get("depth"), self.case.parameters

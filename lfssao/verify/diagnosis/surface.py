@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import correlate1d
 
 from lfssao.core.affine import Matrix
+from lfssao.gbuffer.caster import RayCaster
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.depth import ROUNDINGS
 from lfssao.verify.bounds.error_model import ErrorModel
@@ -75,17 +76,25 @@ class Depth(Image):
     others: Callable[[], Mapping[str, NDArray[Any]]]  # depth of other modules, by what is wrong with it
     sight: Sight  # the reference's
     centre: FloatArray | None = None  # of the region of interest, metres
+    caster: RayCaster | None = None  # of the mesh, in the reference's cast space, where it is at hand
     other: Sight | None = None  # a wrong renderer's, if it sees the scene otherwise
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
-        """The reference's interval; of another sight where the points that it sees are in the reference's image.
+        """The reference's interval; of another sight, or between texels, what rays into the mesh see.
 
-        A texel's own depth is a point of its ray. The reference's surface must be there as well: what its depth is off
-        by, the interval is moved by.
+        Without a mesh the points that the other sight sees stand in for it: the reference's surface must be there as
+        well, and what its depth is off by, the interval is moved by.
         """
-        if self.other is None:
+        sight, (du, dv) = self.other or self.sight, self.shift
+        if self.other is None and (self.caster is None or (du, dv) == (0.0, 0.0)):
             return super().ends()
-        u, v, z = self.sight.view.world_to_image(self.other.points(self.columns, self.rows, self.mine)).T
+        if self.caster is not None:
+            cast = self.sight.view.cast_from_world
+            seen = sight.cast(self.caster, cast, self.columns + du, self.rows + dv)
+            finite = self.room[np.isfinite(self.room)]
+            room = np.where(np.isnan(self.room), np.median(finite) if finite.size else 0.0, self.room)  # no surface
+            return seen - room, seen + room
+        u, v, z = self.sight.view.world_to_image(sight.points(self.columns, self.rows, self.mine)).T
         off = self.mine - z
         low, high = self._around(np.nan_to_num(u - 0.5, nan=-1e6), np.nan_to_num(v - 0.5, nan=-1e6))
         height, width = self.lower.shape

@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.affine import Matrix
+from lfssao.core.affine import Matrix, transform_points
 from lfssao.errors import InputError
+from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.camera import with_lens
 from lfssao.optics.display import Display, Module
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX
-from lfssao.optics.kernels.rays import write_points
+from lfssao.optics.kernels.rays import write_lines
 from lfssao.optics.view import DIFFUSERS, View, WorldToImage
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.diagnosis.search import Axis, Change
@@ -67,19 +68,36 @@ class Sight:
         with np.errstate(all="ignore"):
             return np.where(np.isfinite(depth), 1 / (self.view.lens[1] - depth.astype(np.float64)), np.inf)
 
-    def points(self, columns: NDArray[Any], rows: NDArray[Any], depth: FloatArray) -> FloatArray:
-        """World points, (K, 3), of texels that see a depth."""
-        view, lens, z = self.view, self.view.lens, np.asarray(depth, np.float64)
+    def lines(self, columns: NDArray[Any], rows: NDArray[Any]) -> FloatArray:
+        """Rays of texels as lines of the world, (K, 8) (``lfssao.optics.kernels.rays.write_lines``)."""
+        view, lens, made = self.view, self.view.lens, np.empty((len(columns), 8))
         if self.pinhole:
             lens = lens.copy()
             lens[2:4] = self.module.y, lens[1]
-        if view.screen_to_world is not None:
-            near, far, orthographic = lens[4:7].tolist()
-            z = near + z * (far - near) if orthographic else near / (1 - z * (1 - near / far))
-        made = np.empty((len(z), 3))
         u, v = columns + self.middle, rows + self.middle
-        write_points(replace(view, lens=lens).rays, np.ravel(view.world_from_cast), u, v, z, made)
+        write_lines(replace(view, lens=lens).rays, np.ravel(view.world_from_cast), u, v, made)
+        if self.pinhole:
+            made[:, 6] = view.lens[3]
         return made
+
+    def points(self, columns: NDArray[Any], rows: NDArray[Any], depth: FloatArray) -> FloatArray:
+        """World points, (K, 3), of texels that see a depth."""
+        lines, z = self.lines(columns, rows), np.asarray(depth, np.float64)
+        if self.view.screen_to_world is not None:
+            near, far, orthographic = self.view.lens[4:7].tolist()
+            z = near + z * (far - near) if orthographic else near / (1 - z * (1 - near / far))
+        return np.asarray(lines[:, :3] + z[:, None] * (lines[:, 3:6] - lines[:, :3]))
+
+    def cast(self, caster: RayCaster, cast_from_world: Matrix, columns: NDArray[Any], rows: NDArray[Any]) -> FloatArray:
+        """Depths, (K,), that texels see of a mesh whose caster lives in another sight's cast space."""
+        lines = self.lines(columns, rows)
+        for k in (0, 3):
+            lines[:, k : k + 3] = transform_points(cast_from_world, lines[:, k : k + 3])
+        z = caster.first_depths(lines)
+        if self.view.screen_to_world is None:
+            return z
+        near, far, orthographic = self.view.lens[4:7].tolist()
+        return np.asarray((z - near) / (far - near) if orthographic else far / (far - near) * (1 - near / z))
 
     def with_display(self, display: Display, cast: Matrix | None = None) -> "Sight":
         """The same with another display, or another map to physical space."""

@@ -9,12 +9,13 @@ from lfssao.core.memory import check_available
 from lfssao.errors import InputError
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import BOUNDED
-from lfssao.verify.case import VIEW, Case
+from lfssao.verify.case import VIEW, Arrays, Case
 from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, check_comparable
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import WORST_RANK, Panels
+from lfssao.verify.compare.power import Power, power_of
 from lfssao.verify.compare.reasons import reason_of
 from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.result import Result, Tolerance, result_of
@@ -22,7 +23,7 @@ from lfssao.verify.compare.source import Mine, Reference
 from lfssao.verify.compare.surface import Surface
 from lfssao.verify.judge import judge
 from lfssao.verify.kit.stages import MODEL
-from lfssao.verify.verdict import Verdict, equal_bits
+from lfssao.verify.verdict import Judgement, Verdict, equal_bits
 
 
 def compare(
@@ -204,7 +205,9 @@ class Comparison:
             if not isinstance(own, Layer):
                 continue
             reason = partial(reason_of, name, mine, case, judgements[name].bounds, self._model)
-            result = result_of(module, own, right, judgements[name], self._tolerance, reason, case.outputs.get("depth"))
+            power = self._power(name, mine, case, judgements[name], own, right)
+            depth = case.outputs.get("depth")
+            result = result_of(module, own, right, judgements[name], self._tolerance, reason, depth, power)
             judged = replace(judgements[name], verdict=result.verdict)
             if self._diagnoser is not None:
                 cause = self._diagnoser.diagnose(module, name, mine, case, judged, own.stored)
@@ -222,6 +225,13 @@ class Comparison:
                 self._notes.append(f"{module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
         if self._panels is None or panels.rank > self._panels.rank:
             self._panels = panels
+
+    def _power(self, name: str, mine: Arrays, case: Case, judged: Judgement, own: Layer, right: Layer) -> Power | None:
+        """How much it means that a texture is inside; None where it is not, or its bounds are no intervals."""
+        if judged.verdict is not Verdict.INSIDE or judged.bounds is None:
+            return None
+        fails = partial(self._tolerance.fails, judged.bounds, right.planes)
+        return power_of(name, mine, case, judged.bounds, own.stored, fails)
 
     def report(self) -> Report:
         """The report on the modules that were added; InputError if a rule or layer names nothing of the reference."""

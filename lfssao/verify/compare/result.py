@@ -31,7 +31,7 @@ class Tolerance:
                 raise InputError(f"{name}: {value:g} is not a number from 0 to {most:g}")
 
     def __bool__(self) -> bool:
-        return self.fail > 0 or self.percent > 0
+        return bool(self.fail > 0 or self.percent > 0)
 
     def __str__(self) -> str:
         return f", tolerances --fail {self.fail:g} --fail-percent {self.percent:g}" if self else ""
@@ -48,9 +48,7 @@ class Tolerance:
         """Whether a texture would fail that is judged by bounds in place of a renderer's."""
         outside = bounds.outside(texture)
         judged = Judgement(judge_within(outside, bounds.strays), outside=outside, bounds=bounds)
-        if self:
-            return self.judge(judged, _planes(texture, texels(outside)), reference)[0].code == FAILED
-        return judged.verdict.code == FAILED
+        return self.judge(judged, _planes(texture, texels(outside)), reference)[0].code == FAILED
 
 
 @dataclass(frozen=True)

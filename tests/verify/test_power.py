@@ -1,6 +1,7 @@
 """How much a verdict 'inside' means: widths and factors by other means, and when the verdict is a weak one."""
 
 import json
+from dataclasses import replace
 from functools import partial
 from statistics import median
 from xml.etree import ElementTree
@@ -14,7 +15,7 @@ from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import IMAGES, VIEW, Case
-from lfssao.verify.compare.power import power_of
+from lfssao.verify.compare.power import Power, power_of
 from lfssao.verify.compare.result import Tolerance
 from lfssao.verify.kit.folder import read_case
 from lfssao.verify.verdict import Verdict
@@ -59,7 +60,7 @@ def test_the_factor_is_the_first_that_leaves_an_interval_and_the_width_is_of_sur
     seen = [(j, i) for j in range(SIZE[0]) for i in range(SIZE[1]) if depth[j, i] == 1]
     assert power.width == pytest.approx(median(float(upper[place]) - float(lower[place]) for place in seen))
     assert power.share == 1
-    words = "even AO x 0.5 would be inside" if least < 0.5 else f"AO x {power.factor} would be outside"
+    words = "even AO x 0.5 would pass" if least < 0.5 else f"AO x {power.factor} would be outside"
     assert str(power) == f"median width {power.width:.3g}; {words}"
 
 
@@ -68,7 +69,8 @@ def test_texels_that_may_stray_find_nothing(depth, ao):
     places = np.argwhere(depth == 1)[:3].T
     lower = ao * np.float32(0.75)
     lower[tuple(places)] = ao[tuple(places)]
-    assert [found(depth, ao, Bounds(lower, ao, strays=n)).factor for n in (2, 3)] == [0.999, 0.7]
+    powers = [found(depth, ao, Bounds(lower, ao, strays=n)) for n in (2, 3)]
+    assert [(power.factor, power.weak) for power in powers] == [(0.999, False), (0.7, True)]
 
 
 def test_tolerances_hide_an_error_of_ao_and_make_no_verdict_weak(depth, ao):
@@ -126,7 +128,7 @@ def test_a_texture_without_ao_to_speak_of_is_never_inside_weakly(depth):
     for own, right, weak in ((dark, dark, True), (faint, faint, False), (0 * dark, dark, True), (dark, 0 * dark, True)):
         power = found(depth, own, any_value, right=right)
         assert (power.factor, power.weak) == (None, weak)
-        assert str(power).endswith("even AO x 0.5 would be inside" if weak else "there is hardly any AO")
+        assert str(power).endswith("even AO x 0.5 would pass" if weak else "there is hardly any AO")
     dark[0, 1] = 0.04
     assert not found(depth, dark, any_value).weak
     dark[0, 1] = 0.06
@@ -165,7 +167,7 @@ def test_any_ao_within_intervals_of_0_to_1_is_inside_weakly(tmp_path, capsys, ti
     assert compare(weak, tiny, *(word for pair in options for word in pair)) == 1
     lines = capsys.readouterr().out.splitlines()
     assert [line for line in lines if "even" in line] == [
-        "module_003, ao_1: inside, weakly; median width 1; even AO x 0.5 would be inside (the weakest of 2)"
+        "module_003, ao_1: inside, weakly; median width 1; even AO x 0.5 would pass (the weakest of 2)"
     ]
     told = "ao_1 of 2 modules is inside, weakly: AO x 0.95 would be inside as well (module_003, module_004)"
     assert [line for line in lines if line.startswith("warning")] == [f"warning: {told}"]
@@ -181,7 +183,7 @@ def test_any_ao_within_intervals_of_0_to_1_is_inside_weakly(tmp_path, capsys, ti
     page = files[2].read_text()
     assert f"<li>{told}</li>" in page
     assert page.count('class="weak"') == 4  # a cell and a head each
-    assert page.count("; even AO x 0.5 would be inside.</p>") == 2
+    assert page.count("; even AO x 0.5 would pass.</p>") == 2
     report = lfssao.compare(weak, tiny)
     assert set(different(report).values()) == {Verdict.INSIDE_WEAKLY}
     cells = dict(zip(*(report.summary()[k] for k in (0, 4)), strict=True))
@@ -210,6 +212,16 @@ def test_all_that_is_inside_says_how_much_that_means(tmp_path, reference):
     powers = {(r.module, r.layer): r.power for r in report.results}
     assert {key for key, power in powers.items() if power} == set(different(report))
     assert str(powers["module_003", "ao_2"]) in next(r.sentence for r in report.results if r.layer == "ao_2")
+
+
+def test_the_weakest_module_could_be_farthest_off_and_then_has_the_widest_intervals(tiny, weak):
+    report = lfssao.compare(weak, tiny)
+    one = next(result for result in report.results if result.verdict is Verdict.INSIDE_WEAKLY)
+    powers = Power(9.0, 0.999, 1.0), Power(0.1, None, 1.0), Power(0.2, None, 1.0), Power(0.5, 0.9, 1.0)
+    results = [replace(one, module=f"module_{k:03d}", power=power) for k, power in enumerate(powers)]
+    (line,) = (line for line in str(replace(report, results=tuple(results))).splitlines() if "median" in line)
+    assert line.startswith("module_002, ao_1: inside, weakly; median width 0.2; even AO x 0.5 would pass (")
+    assert line.endswith("(the weakest of 4)")
 
 
 def test_a_wrong_texture_has_no_power(tmp_path, reference):

@@ -47,7 +47,7 @@ class Power:
             return f"{width}; AO x {self.factor:g} would be outside"
         if self.share < SHARE:
             return f"{width}; there is hardly any AO"
-        return f"{width}; even AO x {FACTORS[-1]:g} would be inside"
+        return f"{width}; even AO x {FACTORS[-1]:g} would pass"
 
 
 @dataclass(frozen=True, eq=False)

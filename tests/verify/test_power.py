@@ -100,7 +100,7 @@ def test_a_factor_has_to_change_a_code(random, depth, most, visibility):
 
 @pytest.mark.parametrize("format", ["float", "srgb8"])
 def test_ao_times_a_factor_is_shaded_again(random, depth, ao, format):
-    """Of a white image the interval ends where (1 - 0.97 AO), which is brighter, would; a step of sRGB is coarser."""
+    """The interval of a white image ends at 1 - 0.97 AO, which is brighter; a step of sRGB is coarser."""
     color = np.where(depth < np.inf, 1.0, 0.0).astype(np.float32)[..., None] * np.ones(3, np.float32)
     lower, upper = ((color * (1 - np.float32(factor) * ao)[..., None]).astype(np.float32) for factor in (1, 0.97))
     stored, own = None, lower

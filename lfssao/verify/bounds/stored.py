@@ -47,7 +47,7 @@ class Stored:
         return np.float32(1) - single if self.visibility else single
 
     def again(self, texture: Texture) -> Texture:
-        """What is read of a texture's float32 values, occlusion or not, after they are stored."""
+        """The values that are read of a texture, float32, after it was stored."""
         wide = texture.astype(np.float64)
         single = self._nearest(1 - wide if self.visibility else wide).astype(np.float32)
         return np.float32(1) - single if self.visibility else single

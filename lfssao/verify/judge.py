@@ -16,7 +16,7 @@ from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.bounds.view import ViewBounds
 from lfssao.verify.case import VIEW, Array, Arrays, Case
-from lfssao.verify.verdict import Judgement, Verdict, equal_bits, equal_values, texels
+from lfssao.verify.verdict import Judgement, Verdict, equal_bits, equal_values, judge_within
 
 Find = Callable[[str], Bounds | PositionBounds | None]
 
@@ -82,6 +82,5 @@ def _judge_output(name: str, mine: Arrays, case: Case, find: Find) -> Judgement:
         outside = ~equal_values(array, right)
         return Judgement(Verdict.DIFFERENT if outside.any() else Verdict.EQUAL_VALUES, "", differing, outside)
     outside = allowed.outside(array)
-    inside = np.count_nonzero(texels(outside)) <= allowed.strays
     bounds = allowed if isinstance(allowed, Bounds) else None
-    return Judgement(Verdict.INSIDE if inside else Verdict.OUTSIDE, "", differing, outside, bounds)
+    return Judgement(judge_within(outside, allowed.strays), "", differing, outside, bounds)

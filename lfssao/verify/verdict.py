@@ -23,6 +23,7 @@ class Verdict(Enum):
     EQUAL_BITS = "equal bits", SAME
     EQUAL_VALUES = "equal values", SAME
     INSIDE = "inside the interval", SAME
+    INSIDE_WEAKLY = "inside, weakly", WARNING
     WITHIN = "within tolerance", WARNING
     OUTSIDE = "outside the interval", FAILED
     DIFFERENT = "different", FAILED
@@ -33,6 +34,11 @@ class Verdict(Enum):
     def __init__(self, title: str, code: int) -> None:
         self.title = title
         self.code = code
+
+    @property
+    def short(self) -> str:
+        """The title in as few words as a table has room for."""
+        return self.title.partition(" the ")[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +54,11 @@ class Judgement:
     differing: Flags = field(default_factory=lambda: np.zeros(0, np.bool_))
     outside: Flags = field(default_factory=lambda: np.zeros(0, np.bool_))
     bounds: Bounds | None = None
+
+
+def judge_within(outside: Flags, strays: int) -> Verdict:
+    """INSIDE if no more texels than may stray are outside their bounds, else OUTSIDE."""
+    return Verdict.INSIDE if np.count_nonzero(texels(outside)) <= strays else Verdict.OUTSIDE
 
 
 def texels(flags: Flags) -> Flags:

@@ -60,6 +60,21 @@ def poke(layer, place, value):
     return remade(layer, make)
 
 
+def with_a_wrong_code(source, target):
+    """A copy in which merged AO of module_004 is in codes of 8 bits, one wrong by ten.
+
+    Returns the copy, the texel, (column, row), the reference's value, which is none of a code, and its code.
+    """
+    changed(source, target, "module_004", lambda parts: {name: p for name, p in parts.items() if name != "merged"})
+    merged = single(source, "module_004", "merged")[..., 0]
+    codes = np.rint(merged * 255).astype(np.uint8)
+    row, column = (k.item() for k in np.argwhere((codes > 20) & (codes < 200) & (codes / np.float32(255) != merged))[0])
+    code = codes[row, column].item()
+    codes[row, column] += 10
+    np.save(target / "module_004_merged.npy", codes)
+    return target, (column, row), merged[row, column].item(), code
+
+
 def nudge(layer):
     """A change for ``changed``: the next float32 above, wherever a layer is positive."""
     return remade(layer, lambda pixels: np.where(pixels > 0, np.nextafter(pixels, np.float32(np.inf)), pixels))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compare_folders import LAYERS, MODULES, changed, compare, poke, single
+from compare_folders import LAYERS, MODULES, changed, compare, poke, single, with_a_wrong_code
 from PIL import Image
 from selenium.webdriver.common.action_chains import ActionChains, ScrollOrigin
 from selenium.webdriver.common.keys import Keys
@@ -117,6 +117,18 @@ def test_a_wrong_texel_that_is_none_of_the_worst_has_a_reason(browser, tmp_path,
         WebDriverWait(browser, 30).until(lambda _: browser.find_element("tag name", "canvas").is_displayed())
         found = hover(browser, browser.find_element("tag name", "canvas"), *place)
         assert (found["verdict"], found["why"][: len(words)]) == ("outside the interval", words)
+
+
+def test_a_stored_texture_has_the_reference_as_it_is_read(browser, tmp_path, reference):
+    mine, (column, row), right, code = with_a_wrong_code(reference, tmp_path / "mine")
+    assert compare(mine, reference, "--no-diagnosis", "--html", tmp_path / "page.html") == 2
+    canvas, *_ = opened(browser, tmp_path / "page.html")
+    found = hover(browser, canvas, column, row)
+    assert found["reference"] == f"{digits([np.float32(code / 255)])} ({digits([right])} before it is stored)"
+    assert float(found["off by"]) == pytest.approx(10 / 255, rel=1e-6)
+    lower, upper = map(float, found["interval"].split(" to "))
+    assert lower <= float(found["reference"].split()[0]) <= upper
+    assert hover(browser, canvas, 0, 0)["reference"] == "0, as stored"
 
 
 def test_doubles_channels_and_infinities_are_read_exactly(browser, tmp_path):

@@ -46,6 +46,12 @@ class Stored:
         single = self._cleared(single)
         return np.float32(1) - single if self.visibility else single
 
+    def again(self, texture: Texture) -> Texture:
+        """The values that are read of a texture, float32, after it was stored."""
+        wide = texture.astype(np.float64)
+        single = self._nearest(1 - wide if self.visibility else wide).astype(np.float32)
+        return np.float32(1) - single if self.visibility else single
+
     def bounds(self, bounds: Bounds, model: ErrorModel) -> Bounds:
         """Bounds of what is read of values within bounds; as visibility they are rounded once more."""
         lower, upper = self.ends(bounds.lower, bounds.upper, model)

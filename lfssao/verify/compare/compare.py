@@ -11,13 +11,14 @@ from lfssao.core.memory import check_available
 from lfssao.errors import InputError
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import BOUNDED
-from lfssao.verify.case import VIEW, Array, Case
+from lfssao.verify.case import VIEW, Array, Arrays, Case
 from lfssao.verify.compare.background import PLACED, found_background, replaced, with_background
 from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, check_comparable
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import WORST_RANK, Panels
+from lfssao.verify.compare.power import Power, power_of
 from lfssao.verify.compare.reasons import reason_of
 from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.result import Result, Tolerance, result_of
@@ -25,7 +26,7 @@ from lfssao.verify.compare.source import Mine, Reference
 from lfssao.verify.compare.surface import Surface
 from lfssao.verify.judge import judge
 from lfssao.verify.kit.stages import MODEL
-from lfssao.verify.verdict import Flags, Verdict, equal_bits
+from lfssao.verify.verdict import Flags, Judgement, Verdict, equal_bits
 
 
 def compare(
@@ -197,7 +198,7 @@ class Comparison:
         layers = {name: layer for name, layer in found.items() if isinstance(layer, Layer)}
         mine = {name: layer.texture.reshape(case.outputs[name].shape) for name, layer in layers.items()}
         stored = {name: layer.stored for name, layer in layers.items() if layer.stored is not None}
-        empty = self._without_background(mine, case)
+        empty = self._without_background(mine, layers, case)
         names = [layer.name for layer in wanted if layer.name in layers]
         seen = [name for name in names if name in ("depth", "color")]
         if self._surface is not None and any(not equal_bits(mine[n], case.outputs[n]).all() for n in seen):
@@ -208,13 +209,16 @@ class Comparison:
         lacking = _without_intervals(list(case.outputs)) if case.stage == VIEW else set()
         panels = Panels(module)
         for right in wanted:
-            name, own = right.name, found.get(right.name)
-            if isinstance(own, Result):
-                self._results.append(own)
-            if not isinstance(own, Layer):
+            name, other = right.name, found.get(right.name)
+            if isinstance(other, Result):
+                self._results.append(other)
+            if name not in layers:
                 continue
+            own = layers[name]
             reason = partial(reason_of, name, mine, case, judgements[name].bounds, self._model)
-            result = result_of(module, own, right, judgements[name], self._tolerance, reason, case.outputs.get("depth"))
+            power = self._power(name, mine, case, judgements[name], own, right)
+            depth = case.outputs.get("depth")
+            result = result_of(module, own, right, judgements[name], self._tolerance, reason, depth, power)
             judged = replace(judgements[name], verdict=result.verdict)
             if self._diagnoser is not None:
                 value = empty[name][0] if name in empty else None
@@ -235,7 +239,9 @@ class Comparison:
         if self._panels is None or panels.rank > self._panels.rank:
             self._panels = panels
 
-    def _without_background(self, mine: dict[str, Array], case: Case) -> dict[str, tuple[float, Flags]]:
+    def _without_background(
+        self, mine: dict[str, Array], layers: dict[str, Layer], case: Case
+    ) -> dict[str, tuple[float, Flags]]:
         """Give the renderer's depth and positions the reference's background; return what stood there otherwise.
 
         Returned are, by the textures' names, a value that all texels without surface share and the user does not
@@ -256,7 +262,17 @@ class Comparison:
                 mine[name], flags = replaced(mine[name], value)
             if self._background is None or not placed:
                 found[name] = value, flags
+            else:
+                planes = np.moveaxis(mine[name].reshape(*flags.shape, -1), -1, 0)
+                layers[name] = replace(layers[name], planes=tuple(planes))
         return found
+
+    def _power(self, name: str, mine: Arrays, case: Case, judged: Judgement, own: Layer, right: Layer) -> Power | None:
+        """How much it means that a texture is inside; None where it is not, or its bounds are no intervals."""
+        if judged.verdict is not Verdict.INSIDE or judged.bounds is None:
+            return None
+        fails = partial(self._tolerance.fails, judged.bounds, right.planes)
+        return power_of(name, mine, case, judged.bounds, own.stored, fails)
 
     def report(self) -> Report:
         """The report on the modules that were added; InputError if a rule or layer names nothing of the reference."""

@@ -19,10 +19,13 @@ from lfssao.verify.compare.causes import Cause, causes_of
 from lfssao.verify.compare.layers import stage_order
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import Panels, save_panels
+from lfssao.verify.compare.power import WEAK, Power
 from lfssao.verify.compare.result import Result, Tolerance
 from lfssao.verify.verdict import FAILED, SAME, WARNING, Verdict
 
-FORMAT = 2  # 2: max_ulp may be null, results count texels beyond the tolerance
+# 2: max_ulp may be null, results count texels beyond the tolerance. 3: a worst texel's reference is as it is read when
+# it is stored as mine, and itself as ``before``; results have ``power``, and 'inside, weakly' is a verdict.
+FORMAT = 3
 _MOST_LINES, _MOST_NAMES = 20, 6
 _WORDS = {0: "conforms", 1: "passes, with warnings", 2: "FAILED", 3: "NOT COMPARABLE", 4: "FILE ERROR"}
 # Columns of the table: numbers of verdicts, then figures.
@@ -30,11 +33,12 @@ _COLUMN = {
     Verdict.EQUAL_BITS: "equal bits",
     Verdict.EQUAL_VALUES: "inside",
     Verdict.INSIDE: "inside",
+    Verdict.INSIDE_WEAKLY: "weakly",
     Verdict.WITHIN: "tolerated",
     Verdict.OUTSIDE: "outside",
     Verdict.DIFFERENT: "outside",
 }
-_COUNTS = ("equal bits", "inside", "tolerated", "outside", "other")
+_COUNTS = ("equal bits", "inside", "weakly", "tolerated", "outside", "other")
 _FIGURES = ("texels off", "max ulp", "mean", "RMSE", "PSNR", "SSIM")
 
 
@@ -148,7 +152,9 @@ class Report:
             yield f"worst texels (column, row) of {shown.place}:"
             yield from (f"  {texel}" for texel in shown.blamed)
         yield from self._missing_lines()
-        warnings = [*(f"{r.place}: {r.sentence}" for r in self.results if r.verdict is Verdict.WITHIN), *self.notes]
+        yield from self._power_lines()
+        within = [f"{r.place}: {r.sentence}" for r in self.results if r.verdict is Verdict.WITHIN]
+        warnings = [*self.weak_stages(), *within, *self.notes]
         yield from (f"warning: {warning}" for warning in warnings[:_MOST_LINES])
         if len(warnings) > _MOST_LINES:
             yield f"... and {len(warnings) - _MOST_LINES} more warnings"
@@ -156,6 +162,31 @@ class Report:
         if first is not None:
             yield f"first that differs: {first.place} ({first.verdict.title})"
         yield self.outcome
+
+    def _power_lines(self) -> Iterator[str]:
+        """A line a stage that is inside: the module in which that means least."""
+        for _, results in self._stages():
+            inside = [result for result in results if result.power is not None]
+            weakest = min(inside, key=_strength, default=None)
+            if weakest is not None:
+                among = f" (the weakest of {len(inside)})" if len(inside) > 1 else ""
+                yield f"{weakest.place}: {weakest.verdict.short}; {weakest.power}{among}"
+
+    def weak_stages(self) -> Iterator[str]:
+        """A warning on each stage that is inside its interval weakly in some modules."""
+        for name, results in self._stages():
+            weak = [result.module for result in results if result.verdict is Verdict.INSIDE_WEAKLY]
+            if weak:
+                some = ", ".join([*weak[:_MOST_NAMES], *["..."] * (len(weak) > _MOST_NAMES)])
+                count = _count(len(weak), "case" if self.kit else "module")
+                yield f"{name} of {count} is inside, weakly: AO x {WEAK:g} would be inside as well ({some})"
+
+    def _stages(self) -> list[tuple[str, list[Result]]]:
+        """Layers and their results, in the order of the stages."""
+        stages: dict[str, list[Result]] = {}
+        for result in self.results:
+            stages.setdefault(result.layer, []).append(result)
+        return sorted(stages.items(), key=lambda stage: stage_order(stage[0]))
 
     def _missing_lines(self) -> Iterator[str]:
         """A line on modules, or cases, that are not given, one on layers, one on how the first of them is found."""
@@ -176,11 +207,12 @@ class Report:
 
     def summary(self) -> list[list[str]]:
         """One row a stage, below a row of heads: counts and texels over the modules, and the worst one's figures."""
-        stages: dict[str, list[Result]] = {}
-        for result in self.results:
-            stages.setdefault(result.layer or "(whole module)", []).append(result)
-        rows = [["stage", *_COUNTS, *_FIGURES], *(_row(name, stages[name]) for name in sorted(stages, key=stage_order))]
-        return rows if self.tolerance else [row[:3] + row[4:] for row in rows]  # without 'tolerated'
+        rows = [["stage", *_COUNTS, *_FIGURES]]
+        rows += [_row(name or "(whole module)", results) for name, results in self._stages()]
+        weak = any(result.verdict is Verdict.INSIDE_WEAKLY for result in self.results)
+        unused = {"weakly": not weak, "tolerated": not self.tolerance}
+        shown = [k for k, head in enumerate(rows[0]) if not unused.get(head, False)]
+        return [[row[k] for k in shown] for row in rows]
 
     def as_dict(self) -> dict[str, Any]:
         """The whole report as JSON can hold it: infinite and undefined numbers are strings or null."""
@@ -253,9 +285,15 @@ class Report:
         body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
         failure = self.first_failure or self.first_difference
         first = [] if failure is None or _is_missing(failure) else [f"{failure.place}: {failure.sentence}"]
-        more = "".join(f"; {line.strip()}" for line in (*first, *self._missing_lines()))
+        more = "".join(f"; {line.strip()}" for line in (*first, *self._missing_lines(), *self.weak_stages()))
         title = f"<b>{_WORDS[self.exit_code]}</b>{html.escape(str(self.tolerance) + more)}"
         return f"<p>{title}</p><table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _strength(result: Result) -> tuple[float, float]:
+    """A key that sorts results that are inside: first those that could be farthest off."""
+    power = result.power or Power(0.0)
+    return (power.factor or 0.0), -power.width
 
 
 def _is_missing(result: Result) -> bool:

@@ -6,11 +6,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lfssao.errors import InputError
+from lfssao.verify.bounds.bounds import Bounds, Texture
 from lfssao.verify.compare.agreement import Agreement, agreements
 from lfssao.verify.compare.layers import Layer, is_occlusion
 from lfssao.verify.compare.metrics import Metrics, difference, measure
+from lfssao.verify.compare.power import Power
 from lfssao.verify.diagnosis.diagnose import Diagnosis
-from lfssao.verify.verdict import FAILED, Flags, Judgement, Plane, Planes, Verdict, texels
+from lfssao.verify.verdict import FAILED, Flags, Judgement, Plane, Planes, Verdict, judge_within, texels
 
 WORST = 10
 Reason = Callable[[tuple[int, int]], str]
@@ -29,7 +31,7 @@ class Tolerance:
                 raise InputError(f"{name}: {value:g} is not a number from 0 to {most:g}")
 
     def __bool__(self) -> bool:
-        return self.fail > 0 or self.percent > 0
+        return bool(self.fail > 0 or self.percent > 0)
 
     def __str__(self) -> str:
         return f", tolerances --fail {self.fail:g} --fail-percent {self.percent:g}" if self else ""
@@ -42,6 +44,12 @@ class Tolerance:
         passes = self and judged.verdict.code == FAILED and beyond <= most
         return (Verdict.WITHIN if passes else judged.verdict), beyond
 
+    def fails(self, bounds: Bounds, reference: Planes, texture: Texture) -> bool:
+        """Whether a texture would fail that is judged by bounds in place of a renderer's."""
+        outside = bounds.outside(texture)
+        judged = Judgement(judge_within(outside, bounds.strays), outside=outside, bounds=bounds)
+        return self.judge(judged, _planes(texture, texels(outside)), reference)[0].code == FAILED
+
 
 @dataclass(frozen=True)
 class Texel:
@@ -50,7 +58,8 @@ class Texel:
     column: int  # from the left of the data window
     row: int  # from its top
     mine: tuple[float, ...]  # channels
-    reference: tuple[float, ...]
+    reference: tuple[float, ...]  # as it would be read if it were stored as mine is
+    before: tuple[float, ...] | None  # the reference itself; None where storing changes nothing
     lower: tuple[float, ...] | None  # ends of the interval; None where none is known
     upper: tuple[float, ...] | None
     outside: bool  # whether it is outside the interval, or, where none is known, differs
@@ -58,6 +67,8 @@ class Texel:
 
     def __str__(self) -> str:
         line = f"({self.column}, {self.row}) {_values(self.mine)}, reference {_values(self.reference)}"
+        if self.before is not None:
+            line += f" ({_values(self.before)} before it is stored)"
         if self.lower is not None and self.upper is not None:
             line += f", interval {_values(self.lower)} to {_values(self.upper)}"
         return line + (f": {self.reason}" if self.reason else "")
@@ -85,6 +96,7 @@ class Result:
     # Figures of occlusion that differs, by ``lfssao.verify.compare.agreement.PARTS``; empty if depth is not known.
     agreement: Mapping[str, Agreement] = field(default_factory=dict)
     stored: str = ""  # such as 'stored as unorm8', by which the interval is wider; '' for float32
+    power: Power | None = None  # of a texture that is inside; None for all others, and for positions
 
     @property
     def place(self) -> str:
@@ -115,7 +127,7 @@ class Result:
             words.append(f"{m.nan_mismatches} NaN on one side only")
         if m.infinity_mismatches:
             words.append(f"{m.infinity_mismatches} mismatched infinities")
-        return ", ".join(words)
+        return "; ".join([", ".join(words), *([] if self.power is None else [str(self.power)])])
 
 
 def result_of(
@@ -126,6 +138,7 @@ def result_of(
     tolerance: Tolerance,
     reason: Reason,
     depth: Plane | None = None,
+    power: Power | None = None,
 ) -> Result:
     """The result of a judged texture; ``reason`` says why a texel, (column, row), ``depth`` where surfaces are."""
     metrics, stored = measure(mine.planes, reference.planes), str(mine.stored or "")
@@ -135,14 +148,16 @@ def result_of(
     ends: tuple[Planes, Planes] | None = None
     if judged.bounds is not None:
         ends = _planes(judged.bounds.lower, outside), _planes(judged.bounds.upper, outside)
+    sides = mine.planes, stored_as(mine, reference), reference.planes, *(ends or ())
     worst = []
     for i, j in _worst_places(mine.planes, reference.planes, ends, judged):
-        own, right, *interval = (
-            tuple(plane[j, i].item() for plane in planes) for planes in (mine.planes, reference.planes, *(ends or ()))
-        )
+        own, right, before, *interval = (tuple(plane[j, i].item() for plane in planes) for planes in sides)
         lower, upper = interval or (None, None)
-        worst.append(Texel(i, j, own, right, lower, upper, bool(outside[j, i]), reason((i, j))))
+        changed = None if before == right or mine.stored is None else before
+        worst.append(Texel(i, j, own, right, changed, lower, upper, bool(outside[j, i]), reason((i, j))))
     verdict, beyond = tolerance.judge(judged, mine.planes, reference.planes)
+    if verdict is Verdict.INSIDE and power is not None and power.weak:
+        verdict = Verdict.INSIDE_WEAKLY
     seen = depth if depth is not None and depth.ndim == 2 and is_occlusion(reference.name) else None
     return Result(
         module,
@@ -155,7 +170,13 @@ def result_of(
         worst=tuple(worst),
         agreement={} if seen is None else agreements(mine.planes[0], reference.planes[0], seen),
         stored=stored,
+        power=power if judged.verdict is Verdict.INSIDE else None,
     )
+
+
+def stored_as(mine: Layer, reference: Layer) -> Planes:
+    """The reference's channels as they would be read if they were stored as the renderer's: an interval holds them."""
+    return tuple(plane if mine.stored is None else mine.stored.again(plane) for plane in reference.planes)
 
 
 def _planes(texture: np.ndarray, like: Flags) -> Planes:

@@ -111,14 +111,14 @@ function read() {
   if (!texture.values) {
     return worst ? said : { ...said, why: "of this texture the page holds a preview, and values of its worst texels" };
   }
-  const { channels, sides, values, words } = texture, from = (k) => k * values.length / sides + place * channels;
+  const { channels, sides, stored, values, words } = texture, from = (k) => k * values.length / sides + place * channels;
   const at = (k) => [...values.subarray(from(k), from(k) + channels)];
   const [right, own, low, high] = [0, 1, 2, 3].map((k) => k < sides ? at(k) : null);
   return {
     ...said,
     verdict: words[texture.verdicts[place]],
     mine: own.map(digits).join(" "),
-    reference: right.map(digits).join(" "),
+    reference: right.map(digits).join(" ") + (stored ? (reference?.match(/ \(.*/)?.[0] ?? ", as stored") : ""),
     "off by": own.map((v, k) => Object.is(v, right[k]) ? "0" : digits(v - right[k])).join(" "),
     interval: low ? range(low, high) : "none is known",
     why: why ?? (texture.verdicts[place] === 2 ? expected() : ""),

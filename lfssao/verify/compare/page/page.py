@@ -13,12 +13,12 @@ from markupsafe import Markup
 from lfssao.verify.compare.layers import stage_order
 from lfssao.verify.compare.page.textures import RAMPS, Textures, code_png
 from lfssao.verify.compare.result import Result
-from lfssao.verify.verdict import SAME, Verdict
+from lfssao.verify.verdict import SAME, WARNING, Verdict
 
 if TYPE_CHECKING:
     from lfssao.verify.compare.report import Report
 
-_SIGNS = {"equal": "=", "inside": "\N{ALMOST EQUAL TO}", "wrong": "\N{MULTIPLICATION X}"}
+_SIGNS = {"equal": "=", "inside": "\N{ALMOST EQUAL TO}", "weak": "?", "wrong": "\N{MULTIPLICATION X}"}
 
 
 def page_text(report: "Report", textures: Textures) -> str:
@@ -39,6 +39,7 @@ def page_text(report: "Report", textures: Textures) -> str:
         layers=sorted({result.layer for result in report.results}, key=stage_order),
         cells=cells,
         results=results,
+        warnings=[*report.weak_stages(), *report.notes],
         first=next((shown for shown in results if shown["result"] is first), None),
         ramps={words: code_png(np.array([codes], np.uint8)) for words, codes in RAMPS.items()},
         small=len(textures.small),
@@ -49,12 +50,13 @@ def page_text(report: "Report", textures: Textures) -> str:
 
 def _shown(result: Result, code: int, textures: Textures) -> dict[str, Any]:
     equal = result.verdict in (Verdict.EQUAL_BITS, Verdict.EQUAL_VALUES)
-    kind = "wrong" if code != SAME else "equal" if equal else "inside"
+    weak = code == WARNING and result.verdict is Verdict.INSIDE_WEAKLY
+    kind = "weak" if weak else "wrong" if code != SAME else "equal" if equal else "inside"
     return {
         "result": result,
         "kind": kind,
         "sign": _SIGNS[kind],
-        "words": result.verdict.title.partition(" the ")[0],
+        "words": result.verdict.short,
         "link": "/".join(quote(name, safe="", errors="backslashreplace") for name in (result.module, result.layer)),
         "textures": textures.kept.get((result.module, result.layer)),
     }

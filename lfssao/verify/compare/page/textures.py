@@ -12,7 +12,7 @@ from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import difference
 from lfssao.verify.compare.picture import colors_of, largest, scale_of, step_of
-from lfssao.verify.compare.result import Result
+from lfssao.verify.compare.result import Result, stored_as
 from lfssao.verify.verdict import Flags, Judgement, texels
 
 # Bytes of a page: of full texels, and of everything, so that it opens in a moment and goes through mail.
@@ -105,9 +105,10 @@ def _numbers(
 ) -> dict[str, Any]:
     """The exact values: reference, mine, lower, upper (H, W, C), and of each texel whether it differs and is outside.
 
-    Sides are the reference's bits, then what the others' differ by, byte by byte: what is equal takes no room.
+    The reference is as it would be read if it were stored as mine. Sides are the reference's bits, then what the
+    others' differ by, byte by byte: what is equal takes no room.
     """
-    sides = [np.stack(layer.planes, axis=-1) for layer in (reference, mine)]
+    sides = [np.stack(planes, axis=-1) for planes in (stored_as(mine, reference), mine.planes)]
     if bounds is not None:
         sides += [ends.reshape(sides[0].shape) for ends in (bounds.lower, bounds.upper)]
     kind = np.result_type(sides[0].dtype, np.float32)  # float32, or float64 where that cannot hold the values
@@ -118,6 +119,7 @@ def _numbers(
         "channels": len(mine.planes),
         "bytes": kind.itemsize,
         "sides": len(sides),
+        "stored": mine.stored is not None,
         "words": ["equal bits", right, wrong],
         "values": _packed(bits.reshape(-1, 1).view(np.uint8).T),
         "verdicts": _packed(verdicts),

@@ -1,0 +1,121 @@
+"""Power of a verdict 'inside': how wide the intervals are, and the smallest error of AO that they would have shown.
+
+Intervals of 0 to 1 hold for any texture, so 'inside' says little of one that is judged by them. The renderer's own AO
+is multiplied by one factor after the other, stored again, and judged by the same intervals.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lfssao.ao.post import shade
+from lfssao.optics.view import without_guard
+from lfssao.verify.bounds.bounds import Bounds, Texture
+from lfssao.verify.bounds.stored import Stored
+from lfssao.verify.case import VIEW, Arrays, Case
+from lfssao.verify.compare.layers import is_occlusion
+from lfssao.verify.judge import inputs_of
+from lfssao.verify.verdict import Flags, Verdict, judge_within
+
+# Factors on AO, tried in turn; a verdict is weak where AO times WEAK would be inside as well.
+FACTORS = (0.999, 0.998, 0.995, 0.99, 0.98, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5)
+WEAK = 0.95
+# AO that is worth the word: AO, or what it takes from the image, is above DARK at a SHARE of the surface's texels, in
+# the renderer's texture or the reference's. Times WEAK it changes by half a code of 8 bits at least.
+DARK, SHARE = 0.05, 0.01
+
+Fails = Callable[[Texture], bool]
+
+
+@dataclass(frozen=True)
+class Power:
+    """How much it means that a texture is inside its intervals."""
+
+    width: float  # median of upper - lower over the surface's texels and channels, in the texture's unit
+    factor: float | None = None  # largest of FACTORS with which AO would fail; None if it would with none
+    # Share of the surface's texels with AO above DARK, 0 to 1; None where no AO goes into the texture or it is unknown.
+    share: float | None = None
+    weak: bool = False  # whether there is a SHARE of AO and AO x WEAK would be inside
+
+    def __str__(self) -> str:
+        width = f"median width {self.width:.3g}"
+        if self.share is None:
+            return width
+        if self.factor is not None:
+            return f"{width}; AO x {self.factor:g} would be outside"
+        if self.share < SHARE:
+            return f"{width}; there is hardly any AO"
+        return f"{width}; even AO x {FACTORS[-1]:g} would pass"
+
+
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """The AO that a texture shows."""
+
+    own: Texture  # (H, W), the renderer's
+    right: Texture  # the reference's
+    image: Texture | None = None  # (H, W, 3) that 1 - AO is multiplied into; None where the texture is AO itself
+
+    def scaled(self, factor: float, stored: Stored | None) -> Texture:
+        """The texture with AO times a factor, as it is read where it is stored."""
+        ao = self.own * np.float32(factor)
+        made = ao if self.image is None else shade(self.image, ao)
+        return made if stored is None else stored.again(made)
+
+    def share(self, surface: Flags) -> float:
+        """Share of the surface's texels with AO above DARK, or with an image that AO takes as much from."""
+        if not surface.any():
+            return 0.0
+        taken = np.maximum(self.own[surface], self.right[surface])
+        if self.image is not None:
+            taken = taken * self.image[surface].T.max(axis=0)
+        return float((taken > DARK).mean())
+
+
+def power_of(name: str, mine: Arrays, case: Case, bounds: Bounds, stored: Stored | None, fails: Fails) -> Power:
+    """The power of a texture's bounds, inside which it is.
+
+    ``mine`` are the renderer's textures by their names; ``fails`` says whether a texture in place of the one that was
+    judged would fail, with all that is tolerated. The verdict on a case of a kit is never weak: a case is small, and
+    may be made for its samples to be undecided.
+    """
+    shape = bounds.lower.shape[:2]
+    surface = _surface(case, shape)
+    shown = _shown(name, mine, case)
+    width = _median_width(bounds, surface)
+    if shown is None:
+        return Power(width)
+    share = shown.share(surface)
+    factor = next((factor for factor in FACTORS if fails(shown.scaled(factor, stored))), None)
+    if share < SHARE or case.stage != VIEW:
+        return Power(width, factor, share)
+    judged = judge_within(bounds.outside(shown.scaled(WEAK, stored)), bounds.strays)
+    return Power(width, factor, share, judged is Verdict.INSIDE)
+
+
+def _median_width(bounds: Bounds, surface: Flags) -> float:
+    lower, upper = bounds.lower[surface], bounds.upper[surface]
+    widths = np.subtract(upper, lower, out=np.zeros_like(lower), where=upper != lower)  # both may be infinite
+    return float(np.median(widths)) if widths.size else 0.0
+
+
+def _surface(case: Case, shape: tuple[int, ...]) -> Flags:
+    """Whether a texture's texels see a surface; all do where depth, which may have a guard band more, is not known."""
+    depth: Any = {**case.inputs, **case.outputs}.get("depth")
+    if depth is None or depth.ndim != 2 or len(shape) != 2:
+        return np.ones(shape, np.bool_)
+    surface: Flags = np.isfinite(without_guard(depth, (depth.shape[0] - shape[0]) // 2))
+    return surface
+
+
+def _shown(name: str, mine: Arrays, case: Case) -> _Shown | None:
+    """The AO that a texture shows; None where none goes into it, or its image or AO are not known."""
+    if is_occlusion(name) or name == "occlusion":
+        return _Shown(mine[name], case.outputs[name])
+    inputs = inputs_of(mine, case)
+    if name != "shaded" or not {"image", "blurred"} <= set(inputs):
+        return None
+    right = case.outputs.get("blurred", inputs["blurred"])
+    return _Shown(inputs["blurred"], right, without_guard(inputs["image"], int(case.parameters["guard"])))

@@ -149,7 +149,7 @@ def test_what_is_wrong_is_told_before_what_is_missing(tmp_path, reference):
         assert (first.module, first.layer) == ("module_004", "ao_2")
     told = [line for line in str(report).splitlines() if "module_00" in line or "not given" in line]
     advice = "depth,positions,ao_1,ao_2,merged,blurred"
-    assert [told[0][:28], told[1][:16]] == ["module_004, ao_2: outside th", "  no change that"]
+    assert [told[0][:28], told[1][:16]] == ["module_004, ao_2: outside th", "  1 wrong texel "]
     assert told[2] == "worst texels (column, row) of module_004, ao_2:"
     assert told[3] == f"not given: color, shaded (2 modules each); compare what is there by --layers {advice}"
     alone = lfssao.compare(mine, reference, layers=advice.split(","))

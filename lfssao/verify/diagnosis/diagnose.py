@@ -70,7 +70,8 @@ class Diagnosis:
             return f"{self.candidates[0].words} in {module}, whose surface is right{hint and f': {hint}'}"
         before = f"{self.background}; " if self.background else ""
         if self.wrong < FEWEST:
-            return f"{before}{self.wrong} wrong texels of {module} are too few to tell a cause"
+            few = "texel is" if self.wrong == 1 else "texels are"
+            return f"{before}{self.wrong} wrong {few} too few to tell a cause in {module}"
         if not self.candidates:
             share = f"(best {_percent(max(self.nearest, 0.0))} of {self.wrong} wrong texels)"
             return f"{before}no setting of {self.subject} comes near {module} {share}"

@@ -5,12 +5,13 @@ Its display may have other numbers than the reference's: that is what is planted
 
 import tomllib
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 import numpy as np
 from planted_bugs import turns_of
 from reference import raycast
 
-TILE = 8  # texels on a side, of the rays that are culled together
+TILE = 12  # texels on a side, of the rays that are culled together
 
 
 @dataclass(frozen=True)
@@ -173,23 +174,44 @@ def on_circle(curvature, z_0, start, end):
 
 
 def cast(rays, corners):
-    """z of the first hit of each ray, (H, W), infinite where there is none; tiles of rays leave out what all pass by."""
-    low, high = corners.min(axis=1), corners.max(axis=1)
+    """z of the first hit of each ray, (H, W), infinite where there is none; tiles leave out what all rays pass by."""
+    (x_0, y_0, z_0), (x_1, y_1, z_1) = corners.min(axis=1).T, corners.max(axis=1).T
     made = np.full(rays[0].shape, np.inf)
     for j in range(0, made.shape[0], TILE):
         for i in range(0, made.shape[1], TILE):
             tile = slice(j, j + TILE), slice(i, i + TILE)
             own = [ray[tile].ravel() for ray in rays]
             may = np.ones(len(corners), bool)
-            for axis in range(2):  # a coordinate is linear in the ray's number and in z: its ends are at both's ends
-                starts, slopes = own[axis][:, None], own[axis + 2][:, None]
-                ends = [starts + slopes * z for z in (low[:, 2], high[:, 2])]
-                may &= np.minimum(*ends).min(axis=0) <= high[:, axis]
-                may &= np.maximum(*ends).max(axis=0) >= low[:, axis]
+            for starts, slopes, low, high in ((own[0], own[2], x_0, x_1), (own[1], own[3], y_0, y_1)):
+                ways = [slope * z for slope in (slopes.min(), slopes.max()) for z in (z_0, z_1)]
+                may &= (starts.min() + np.min(ways, axis=0) <= high) & (starts.max() + np.max(ways, axis=0) >= low)
             if may.any():
                 hits = raycast.first_hits(own, corners[may])
                 made[tile] = np.where(hits.triangle >= 0, hits.z, np.inf).reshape(made[tile].shape)
     return made
+
+
+@cache
+def boxes(seed=16):
+    """A scene, (F, 3, 3): boxes turned any way, all over a box of the ROI's proportions, before a slanted wall."""
+    rng, made = np.random.default_rng(seed), []
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    faces = np.array([part for a, b, c, d in quads for part in ([a, b, c], [a, c, d])])
+    for _ in range(70):
+        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        made.append((corners * rng.uniform(0.02, 0.07, 3)) @ turn + rng.uniform(-1, 1, 3) * [0.8, 0.44, 0.4])
+    turn, _ = np.linalg.qr([[1, 0.05, 0.1], [0, 1, 0.08], [0, 0, 1]])
+    made.append(corners * [0.9, 0.54, 0.01] @ turn - [0, 0, 0.4])
+    return np.concatenate([points[faces] for points in made])
+
+
+def write_mesh(path, triangles):
+    """Write triangles, (F, 3, 3), as an OBJ file; its path."""
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in triangles.reshape(-1, 3).tolist()]
+    lines += [f"f {k} {k + 1} {k + 2}" for k in range(1, len(lines), 3)]
+    path.write_text("\n".join(lines) + "\n")
+    return path
 
 
 class DisplayRenderer:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from compare_folders import ordered
 from jobs import manifest_of, render
-from planted_displays import DisplayRenderer, Planted
+from planted_displays import DisplayRenderer, Planted, boxes, write_mesh
 
 import lfssao
 from lfssao.rendering.exr import read_exr, write_exr
@@ -146,30 +146,6 @@ def drawn(name, place):
     return {kind: (change, ranges, generator(name, place, kind)) for kind, (ranges, change) in kinds.items()}
 
 
-@functools.cache
-def triangles():
-    """The scene, (F, 3, 3): boxes turned any way, all over a box of the ROI's proportions and before its back."""
-    rng, made = np.random.default_rng(16), []
-    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    faces = np.array([part for a, b, c, d in quads for part in ([a, b, c], [a, c, d])])
-    for _ in range(70):
-        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-        made.append((corners * rng.uniform(0.02, 0.07, 3)) @ turn + rng.uniform(-1, 1, 3) * [0.8, 0.44, 0.4])
-    made.append(corners * [0.9, 0.54, 0.01] @ np.linalg.qr([[1, 0.05, 0.1], [0, 1, 0.08], [0, 0, 1]])[0] - [0, 0, 0.4])
-    return np.concatenate([points[faces] for points in made])
-
-
-@functools.cache
-def written(folder):
-    """The scene's mesh file."""
-    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in triangles().reshape(-1, 3).tolist()]
-    lines += [f"f {k} {k + 1} {k + 2}" for k in range(1, len(lines), 3)]
-    path = folder / "boxes.obj"
-    path.write_text("\n".join(lines) + "\n")
-    return path
-
-
 @pytest.fixture(scope="module")
 def reference(tmp_path_factory):
     """The folder of a display's reference with two modules, made when it is first asked for."""
@@ -182,7 +158,7 @@ def reference(tmp_path_factory):
         words = "--display", str(folder / "display.toml"), "--modules", f"{first}:{first + 2}", "--radii", "4%"
         size = "x".join(map(str, SIZE))
         job = *words, "--resolution", size, "--samples", "24"
-        return render(folder / "reference", str(written(folder)), *job)
+        return render(folder / "reference", str(write_mesh(folder / "boxes.obj", boxes())), *job)
 
     return rendered
 
@@ -195,7 +171,7 @@ def renderers(folder):
         parts = read_exr(folder / entry["file"])
         textures = {layer: np.squeeze(ordered(part).pixels) for layer, part in parts.items()}
         view = manifest["settings"], entry["view"], int(entry["name"][-3:])
-        made[entry["name"]] = DisplayRenderer(*view, triangles(), textures)
+        made[entry["name"]] = DisplayRenderer(*view, boxes(), textures)
     return made
 
 
@@ -217,7 +193,7 @@ def compared(folder, target, own, **options):
             parts[layer] = replace(parts[layer], pixels=texture.reshape(parts[layer].pixels.shape))
         write_exr(target / f"{module}.exr", list(parts.values()))
     return lfssao.compare(
-        target, folder, layers=["depth", "positions", "ao_1"], mesh=str(written(folder.parent)), **options
+        target, folder, layers=["depth", "positions", "ao_1"], mesh=str(folder.parent / "boxes.obj"), **options
     )
 
 

@@ -33,11 +33,12 @@ ESTIMATORS = {
     "alchemy": {},
     "sao": {"gauss": 0, "quad_edge": 0},
     "hbao": {"directions": 6, "steps": 4, "bias": 15},
-    "vo-points": {"thickness": 0.7},
-    "vo-lines": {"thickness": 0.7},
+    "vo-points": {"thickness": 0.3},
+    "vo-lines": {"thickness": 0.3},
     "vo-area": {},
     "multiresolution": {},
 }
+COUNTED = "lf", "point", "hemisphere"  # whose occlusion is a share of samples, by a renderer of its own
 TURNED = {"hbao": "tiles", "vo-points": "hash", "vo-lines": "ign"}  # others turn by their default
 PER_VIEW = 7  # textures of each estimator and view, explained and not: 308 of each sort
 LEAST = 0.02  # of the texels: with fewer wrong ones another is drawn
@@ -126,10 +127,12 @@ def compared(job, target, texture):
     return lfssao.compare(mine, job.folder, layers=["ao_1"])
 
 
-def as_float32(texture, rng):
-    """A texture as another renderer's sums of float32 may be off."""
+def rounded_anew(job, texture, rng):
+    """A texture of the reference's kernels as another renderer's sums of float32 may be off; shares are not."""
+    if job.estimator in COUNTED:
+        return texture
     noise = rng.uniform(-3e-6, 3e-6, texture.shape)
-    return (texture + noise * (texture > 0) * (texture < 1)).astype(np.float32)
+    return np.clip(texture + noise * (texture > 0) * (texture < 1), 0, 1)
 
 
 def wrong_enough(job, texture):
@@ -151,13 +154,17 @@ NEAR = (0.6, 0.9), (1.1, 1.6)
 def of_any(job, rng):
     """Changes of every estimator: name, values, texture."""
     strength, power, radius = between(rng, (0.4, 0.95)), between(rng, (1.3, 2.5)), between(rng, *NEAR)
-    yield "strength", (strength,), strength * job.right
-    yield "power", (power,), job.right.astype(np.float64) ** power
-    yield "1 - ao in place of ao", (), 1 - job.right
-    yield "rows from below", (), job.right[::-1]
-    yield "columns from the right", (), job.right[:, ::-1]
-    if job.estimator != "multiresolution":  # its radius is no number of texels: a factor changes few
-        yield "radius", (radius,), job.made(radius=radius)
+    own = rounded_anew(job, job.right, rng).astype(np.float64)
+    yield "strength", (strength,), strength * own
+    yield "power", (power,), own**power
+    yield "1 - ao in place of ao", (), 1 - own
+    yield "rows from below", (), own[::-1]
+    yield "columns from the right", (), own[:, ::-1]
+    if job.estimator in COUNTED:
+        make = functools.partial(job.renderer.ao, 1) if job.estimator == "lf" else job.renderer.points
+        yield "radius", (radius,), make(radius=radius)
+    elif job.estimator != "multiresolution":  # its radius is no number of texels: a factor changes few
+        yield "radius", (radius,), rounded_anew(job, job.made(radius=radius), rng)
 
 
 def of_samples(job, rng, make):
@@ -217,24 +224,31 @@ def of_options(job, rng):
     """Options of an estimator with another number or choice, and its normals, turns and samples."""
     estimator = find_estimator(job.estimator)
     limits, choices = estimator.said("limits"), estimator.said("choices")
+
+    def made(**changes):
+        return rounded_anew(job, job.made(**changes), rng)
+
+    def with_buffers(**textures):
+        return rounded_anew(job, job.with_buffers(**textures), rng)
+
     for name, value in job.options.items():
         if isinstance(value, bool):
-            yield f"{name} {str(not value).lower()} in place of {str(value).lower()}", (), job.made(**{name: not value})
+            yield f"{name} {str(not value).lower()} in place of {str(value).lower()}", (), made(**{name: not value})
         elif isinstance(value, str):
             other = str(rng.choice([choice for choice in choices[name] if choice != value]))
-            yield f"{name} {other} in place of {value}", (), job.made(**{name: other})
+            yield f"{name} {other} in place of {value}", (), made(**{name: other})
         elif isinstance(value, int) and name != "seed":
             other = int(np.clip(value + rng.choice([-3, -2, -1, 1, 2, 3]), *limits[name]))
-            yield f"{name} {other} in place of {value}", (), job.made(**{name: other})
+            yield f"{name} {other} in place of {value}", (), made(**{name: other})
         elif isinstance(value, float) and value:
             factor = between(rng, *NEAR)
-            yield name, (factor,), job.made(**{name: value * factor})
+            yield name, (factor,), made(**{name: value * factor})
     if estimator.reads_normals(job.options):
-        yield "normals with the other sign", (), job.with_buffers(normals=-job.buffers.normals)
+        yield "normals with the other sign", (), with_buffers(normals=-job.buffers.normals)
     if job.buffers.turns is not None:
-        yield from of_turns(job, rng, lambda turns: job.with_buffers(turns=turns))
+        yield from of_turns(job, rng, lambda turns: with_buffers(turns=turns))
     if estimator.dimensions == 3:
-        yield from of_samples(job, rng, lambda samples: job.made(points=samples))
+        yield from of_samples(job, rng, lambda samples: made(points=samples))
 
 
 def explained(job, rng):
@@ -244,7 +258,7 @@ def explained(job, rng):
         pool = [*of_any(job, rng), *more(job, rng)]
         for k in rng.permutation(len(pool)):
             kind, values, texture = pool[k]
-            yield kind, values, as_float32(np.where(np.isfinite(job.buffers.depth), texture, 0), rng)
+            yield kind, values, np.where(np.isfinite(job.buffers.depth), texture, 0).astype(np.float32)
 
 
 # Textures that no change, and no two changes, explain
@@ -334,7 +348,7 @@ def unexplained(job, rng):
         if n:
             pool["other samples"] = lambda: job.made(points=in_ball(rng, n, dimensions))
         for what in rng.permutation(list(pool)):
-            yield str(what), as_float32(np.clip(pool[what](), 0, 1), rng)
+            yield str(what), rounded_anew(job, np.clip(pool[what](), 0, 1), rng).astype(np.float32)
 
 
 def drawn(job, textures):
@@ -348,7 +362,10 @@ def drawn(job, textures):
 
 
 # Names of equal textures: either is right.
-EQUAL = []
+EQUAL = [
+    {"strength", "sigma"},  # alchemy: ao is 2 sigma / s times a sum, where it is below 1, as k is 1
+    {"strength", "intensity"},  # sao: ao is 5 intensity / taps times a sum, where it is below 1
+]
 
 
 def same(kind, other):

@@ -100,8 +100,9 @@ class Renderer:
             depth=self.depth, turns=wrong.pop("turns", self.turns),
             positions=self.positions, normals=wrong.pop("normals", self.textures.get("normals")),
         )  # fmt: skip
+        samples = wrong.pop("samples", self.samples)
         options = self.options | wrong
-        return rr.points_behind(arithmetic(seed), given, self.samples, radius * self.radii[0], options)[0].astype("f4")
+        return rr.points_behind(arithmetic(seed), given, samples, radius * self.radii[0], options)[0].astype("f4")
 
     def unprojected(self, u=0.5, v=0.5, depth=None):
         """Positions of crossed slits by depth and texels' centres, or other places in texels."""

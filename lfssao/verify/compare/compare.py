@@ -236,6 +236,10 @@ class Comparison:
                 some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
                 limit = f"up to {judged.bounds.strays} may look past an edge (4 standard deviations)"
                 self._notes.append(f"{module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
+        later = {} if self._diagnoser is None else self._diagnoser.later()
+        for k, result in enumerate(self._results):
+            if result.module == module and result.layer in later:
+                self._results[k] = replace(result, diagnosis=later[result.layer])
         if self._panels is None or panels.rank > self._panels.rank:
             self._panels = panels
 

@@ -41,6 +41,7 @@ class Diagnoser:
         self._found: dict[str, list[Candidate]] = defaultdict(list)  # that explain a stage, the first first
         self._shared: Counter[Candidate] = Counter()  # numbers of the view, by the textures that they explain
         self._given_up: set[str] = set()  # stages in which nothing fitted
+        self._open: dict[str, WrongTexture] = {}  # textures of this module without an explanation, by their names
 
     def diagnose(
         self,
@@ -84,12 +85,20 @@ class Diagnoser:
             return None
         if not found.fits:
             self._given_up.add(stage)
+            self._open[name] = wrong
         for each in found.candidates if found.fits else ():
             if each.shared:
                 self._shared[each] += 1
             elif each.kind != "background" and each not in self._found[stage]:
                 self._found[stage].append(each)
         return found
+
+    def later(self) -> dict[str, Diagnosis]:
+        """Diagnoses of a module's textures by numbers of the view that only its later stages told."""
+        known = [each for each, _ in self._shared.most_common()]
+        made = {name: wrong.diagnose(known, search=False) for name, wrong in self._open.items()} if known else {}
+        self._open = {}
+        return {name: found for name, found in made.items() if found is not None and found.fits}
 
     def _caster(self, module: str) -> RayCaster | None:
         return None if self._surface is None else self._surface.caster(self._reference.entries[module])

@@ -23,6 +23,7 @@ from lfssao.verify.diagnosis import post, surface
 from lfssao.verify.diagnosis.estimated import Estimated, face_normals
 from lfssao.verify.diagnosis.occlusion import Occlusion
 from lfssao.verify.diagnosis.search import (
+    DECIDED,
     FEWEST,
     NEAR,
     OUTSIDE,
@@ -43,6 +44,7 @@ _SEARCHED = 2400  # on which the best are refined
 _POLISHED = 400_000  # samples or taps of the texels that the best change's values are made good on
 _MOST = 2_000_000  # samples or taps that shares are counted over
 _FEWEST = 2_000  # texels
+_SOME = 0.1  # share of the wrong texels that a change decides which explains other textures
 _TOLD = 4  # changes that explain a texture, of which other textures may tell the right one
 _INNER = 0.1  # share of the wrong texels whose samples all stay inside, at least, to be explained by themselves
 Texels = dict[str, Any]  # what all problems have, by the names of their fields
@@ -186,8 +188,9 @@ class WrongTexture:
         tried = [counted.trial(trial.change, trial.steps) for trial in found[:_TOLD]]
         share = (1.0 - counted.before, len(counted.weights), len(bad))
         subject = self.case.parameters["estimator"] if self.name in self._layers else f"the reference's {self.name}"
-        if tried and counted.fits(tried[0]):
-            fitting = tuple(self._candidate(trial) for trial in tried if counted.fits(trial))
+        least = DECIDED if best is None or not best.change.shared else _SOME
+        if tried and counted.fits(tried[0], least):
+            fitting = tuple(self._candidate(trial) for trial in tried if counted.fits(trial, least))
             return Diagnosis(True, fitting, *share, subject=subject)
         gains = [counted.gain(trial) for trial in tried[:2]]
         near = tuple(self._candidate(t) for t, gain in zip(tried, gains, strict=False) if gain >= NEAR)
@@ -213,7 +216,9 @@ class WrongTexture:
             return None
         steps = tuple(axis.step(value) for axis, value in zip(change.axes, known.values, strict=True))
         trial = counted.trial(change, steps)
-        if counted.fits(trial) or not steps or known.shared:
+        if known.shared:  # it was not made for this texture: less of it need be decided
+            return trial if counted.fits(trial, _SOME) else None
+        if counted.fits(trial) or not steps:
             return trial if counted.fits(trial) else None
         trial = counted.trial(change, large.refined(large.trial(change, steps), 1.2).steps)
         return trial if counted.fits(trial) else None

@@ -90,8 +90,11 @@ class Estimated(Problem):
 
     def seen_by(self, sight: Sight) -> "Estimated | None":
         """Occlusion by another sight."""
-        if sight.middle != self.sight.middle or sight.pinhole:
+        if sight.pinhole:
             return None
+        if sight.middle != self.sight.middle:  # positions are given: a sample's texel is the one around its middle
+            view = _moved(self.buffers.view, self.sight.middle - sight.middle)
+            return self.changed(buffers=replace(self.buffers, view=view))
         return self.changed(sight=sight, buffers=replace(self.buffers, view=sight.view))
 
     def changes(self) -> list[Change]:
@@ -180,20 +183,24 @@ def _padded(buffers: Buffers, guard: int, border: str) -> Buffers:
 
 def _widened(view: View, guard: int) -> View:
     """A view with as many texels more on each side."""
-    made = displaced(view, -guard, -guard)
+    return replace(_moved(view, guard), width=view.width + 2 * guard, height=view.height + 2 * guard)
+
+
+def _moved(view: View, by: float) -> View:
+    """A view whose image lies so many texels further right and down."""
+    made = displaced(view, -by, -by)
     numbers, back = view.world_to_image.numbers.copy(), view.screen_to_world
-    size: dict[str, Any] = {"width": view.width + 2 * guard, "height": view.height + 2 * guard}
     if view.rays.kind == CROSSED_SLITS:
-        numbers[14:16] += guard
+        numbers[14:16] += by
     elif view.rays.kind == MATRIX:
-        numbers[0:8] += guard * np.tile(numbers[12:16], 2)
+        numbers[0:8] += by * np.tile(numbers[12:16], 2)
         assert back is not None
-        back = np.column_stack([back[:, :3], back[:, 3] - guard * (back[:, 0] + back[:, 1])])
+        back = np.column_stack([back[:, :3], back[:, 3] - by * (back[:, 0] + back[:, 1])])
     else:
         numbers[12:] = made.lens
         for row in (0, 3):
-            numbers[20 + row : 23 + row] += guard * numbers[26:29]
-    return replace(made, world_to_image=WorldToImage(view.rays.kind, numbers), screen_to_world=back, **size)
+            numbers[20 + row : 23 + row] += by * numbers[26:29]
+    return replace(made, world_to_image=WorldToImage(view.rays.kind, numbers), screen_to_world=back)
 
 
 def _with_option(name: str, problem: Estimated, value: Value) -> Estimated:

@@ -36,7 +36,7 @@ from lfssao.verify.diagnosis.search import (
     scaled,
     shifts,
 )
-from lfssao.verify.diagnosis.views import Sight, view_changes
+from lfssao.verify.diagnosis.views import CORNERS, Sight, view_changes
 from lfssao.verify.verdict import Flags
 
 _MOST_SAMPLES = 256  # of which other tables are made, and each left out in turn
@@ -168,8 +168,9 @@ class Occlusion(Problem):
 
     def seen_by(self, sight: Sight) -> "Occlusion | None":
         """Occlusion by another sight."""
-        if sight.middle != self.sight.middle:  # positions are given
-            return None
+        if sight.middle != self.sight.middle:  # positions are given: a sample's texel is the one around its middle
+            by = self.sight.middle - sight.middle
+            return self.changed(image=np.array([[1, 0, by], [0, 1, by], [0, 0, 1]]) @ self.image)
         made = self.changed(sight=sight, depth=sight.deepened(self.depth))
         if self.corners is None:
             return made
@@ -188,7 +189,11 @@ class Occlusion(Problem):
         if n <= _MOST_SAMPLES:
             made += _of_counts(n)
             made += [fixed(words, samples=table) for words, table in other_tables(self.samples, self.sampling)]
-        made += view_changes(self.sight, self.centre, self.others)
+        made += [
+            change
+            for change in view_changes(self.sight, self.centre, self.others)
+            if change.kind != CORNERS or self.corners is None
+        ]
         linear, shift = self.cast_from_world[:, :3].T, self.cast_from_world[:, 3]
         made += [
             plain("positions in physical space", lambda p: p.changed(points=p.points @ linear + shift)),
@@ -198,7 +203,7 @@ class Occlusion(Problem):
             fixed("offsets with x and y exchanged", offset=lambda offsets: offsets[..., [1, 0, 2]]),
         ]
         if self.corners is not None:
-            made.append(plain("texel corners in place of centres", lambda p: p.changed(points=p.corners)))
+            made.append(plain(CORNERS, lambda p: p.changed(points=p.corners)))
         if self.normals is not None:
             made += [
                 fixed("samples not turned to the normal's side", normals=None),

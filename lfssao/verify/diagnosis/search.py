@@ -312,9 +312,9 @@ class Sample:
             float(self.weights @ (decides & inside)) / total,
         )
 
-    def fits(self, trial: Trial) -> bool:
-        """Whether a change explains the texture."""
-        enough = trial.decided > DECIDED and trial.decided * self.number >= FEWEST
+    def fits(self, trial: Trial, least: float = DECIDED) -> bool:
+        """Whether a change explains the texture, and decides more than a share of the wrong texels."""
+        enough = trial.decided > least and trial.decided * self.number >= FEWEST
         kept = trial.left <= _LEFT * self.before and trial.explained >= (1 - _LEFT) * trial.decided
         return bool(enough and kept and not trial.ends)
 

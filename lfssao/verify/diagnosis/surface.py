@@ -79,6 +79,8 @@ class Depth(Image):
     caster: RayCaster | None = None  # of the mesh, in the reference's cast space, where it is at hand
     other: Sight | None = None  # a wrong renderer's, if it sees the scene otherwise
 
+    kept: ClassVar = {name: frozenset({"other", "value", "store"}) for name in ("_own", "_below", "_above")}
+
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The reference's interval; of another sight, or between texels, what rays into the mesh see.
 
@@ -91,15 +93,29 @@ class Depth(Image):
         if self.caster is not None:
             cast = self.sight.view.cast_from_world
             seen = sight.cast(self.caster, cast, self.columns + du, self.rows + dv)
-            finite = self.room[np.isfinite(self.room)]
-            room = np.where(np.isnan(self.room), np.median(finite) if finite.size else 0.0, self.room)  # no surface
-            return seen - room, seen + room
+            return seen - self._below, seen + self._above
         u, v, z = self.sight.view.world_to_image(sight.points(self.columns, self.rows, self.mine)).T
         off = self.mine - z
         low, high = self._around(np.nan_to_num(u - 0.5, nan=-1e6), np.nan_to_num(v - 0.5, nan=-1e6))
         height, width = self.lower.shape
         inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)  # nobody knows the surface beyond
         return np.where(inside, low + off, -np.inf), np.where(inside, high + off, np.inf)
+
+    @cached_property
+    def _own(self) -> FloatArray:
+        """What the reference's rays see."""
+        assert self.caster is not None
+        return self.sight.cast(self.caster, self.sight.view.cast_from_world, self.columns, self.rows)
+
+    @cached_property
+    def _below(self) -> FloatArray:
+        """How far the reference's interval reaches below its depth; where it sees no surface, as elsewhere."""
+        return _usual(self._own - super().ends()[0])
+
+    @cached_property
+    def _above(self) -> FloatArray:
+        """How far it reaches above."""
+        return _usual(super().ends()[1] - self._own)
 
     def seen_by(self, sight: Sight) -> "Depth":
         """Depth by another sight."""
@@ -143,6 +159,12 @@ class Color(Image):
             scaled("strength", lambda p, s: p.then(lambda x: x * s), _SCALES, "colour x {}"),
             scaled("power", lambda p, s: p.then(lambda x: np.clip(x, 0, 1) ** s), _SCALES, power),
         ]
+
+
+def _usual(room: FloatArray) -> FloatArray:
+    """Room of texels, the median where it is no number."""
+    finite = room[np.isfinite(room)]
+    return np.where(np.isnan(room), np.median(finite) if finite.size else 0.0, np.maximum(room, 0.0))
 
 
 def bend(texture: FloatArray) -> FloatArray:

@@ -161,7 +161,7 @@ def _changed(kind: str, make: Callable[..., Sight], *axes: Axis, words: str = ""
     return Change(kind, apply, words or kind, axes, shared=True)
 
 
-_FACTOR, _METRES = Axis(1e-5, 1.2, factor=True), Axis(2e-6, 0.5)
+_FACTOR, _METRES = Axis(1e-5, 0.7, factor=True, number=14), Axis(2e-6, 0.5, number=14)
 _DEGREES, _UNITS = Axis(1e-4, 20.0), Axis(1e-6, 1.0)
 
 

@@ -41,9 +41,10 @@ from lfssao.verify.verdict import Flags, Judgement, texels
 
 _SCREENED = 256  # texels on which all changes are tried
 _SEARCHED = 2400  # on which the best are refined
-_POLISHED = 400_000  # samples or taps of the texels that the best change's values are made good on
+_POLISHED = 800_000  # samples or taps of the texels that the best change's values are made good on
 _MOST = 2_000_000  # samples or taps that shares are counted over
 _FEWEST = 2_000  # texels
+_LIKELY = 0.8  # share of the wrong texels that a change explains whose values are then made good
 _SOME = 0.1  # share of the wrong texels that a change decides which explains other textures
 _TOLD = 4  # changes that explain a texture, of which other textures may tell the right one
 _INNER = 0.1  # share of the wrong texels whose samples all stay inside, at least, to be explained by themselves
@@ -197,17 +198,29 @@ class WrongTexture:
         return Diagnosis(False, near, *share, max(gains, default=0.0), subject=subject)
 
     def _searched(self, search: Search, counted: Sample, cost: int, drawn: Callable[[int], Sample]) -> Sequence[Trial]:
-        """What a search finds, its values made good on more texels, the best first."""
-        found = list(search.best())
-        fitting = [trial for trial in found if search.large.fits(trial)][:_TOLD]
-        if self.name not in self._layers or isinstance(counted.problem, Estimated) or not fitting:
+        """What a search finds, its values made good on more texels, the best first; pairs if no change fits."""
+        more = None
+        if self.name in self._layers and not isinstance(counted.problem, Estimated):
+            more = drawn(max(_POLISHED // cost, _FEWEST))  # counts have steps: fewer texels leave values open
+
+        def polished(found: Sequence[Trial]) -> Sequence[Trial]:
+            """The same with the values of the likely ones made good."""
+            likely = [trial for trial in found if search.large.fits(trial) or trial.explained > _LIKELY][:_TOLD]
+            if more is None or not likely:
+                return found
+            better = [more.refined(t, 1.2) if t.steps else more.trial(t.change, ()) for t in likely]
+            fewest = min((len(t.steps) for t in better if more.fits(t)), default=0)
+            better.sort(key=lambda t: (not more.fits(t), len(t.steps) > fewest, t.cost))
+            better[0] = more.centred(better[0])
+            kinds = {trial.change.kind for trial in better}
+            return [*better, *(trial for trial in found if trial.change.kind not in kinds)]
+
+        found = polished(search.best())
+        judge = more or search.large
+        if not found or judge.fits(found[0]):
             return found
-        more = drawn(max(_POLISHED // cost, _FEWEST))  # counts have steps: fewer texels leave values open
-        polished = [more.refined(t, 1.1) if t.steps else more.trial(t.change, ()) for t in fitting]
-        fewest = min(len(trial.steps) for trial in polished)
-        polished.sort(key=lambda t: (len(t.steps) > fewest, t.cost))
-        kinds = {trial.change.kind for trial in polished}
-        return [*polished, *(trial for trial in found if trial.change.kind not in kinds)]
+        pair = search.paired(found[0])
+        return found if pair is None else [*polished([pair]), *found]
 
     def _again(self, known: Candidate, changes: Mapping[str, Change], large: Sample, counted: Sample) -> Trial | None:
         """A change of another texture, with its values or others near them, if it explains this one."""

@@ -31,9 +31,11 @@ _LEFT = 0.05  # share of the wrong texels that it may leave wrong, or make wrong
 FEWEST = 8  # wrong texels that it decides: fewer agree with many a change by chance
 NEAR = 0.3  # share of the wrong texels, less those that it makes wrong, that the nearest change explains at least
 _NEARLY = 0.005  # changes whose shares of the wrong texels differ by less are as good as each other
+_HALF = 0.5  # of the wrong texels
 _EQUAL = 0.001  # of changes that predict the same
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 _SECTIONS, _LEVEL = 36, 3  # each narrows the bracket to 0.62 of it: to the rounding of float32, or until it is level
+_WIDE, _HALVED = 1.15, 6  # factor within which sizes may do as well, and how often it is halved
 _END = 0.97  # of the largest size of a value: what is found beyond is the end of the search
 _SOME = 0.1  # share of the wrong texels that a change explains, less what it makes wrong, to be tried further
 _PLAIN, _GRADED, _REFINED = 12, 14, 6  # changes without and with values that are kept after screening, and refined
@@ -341,6 +343,20 @@ class Sample:
                 best = self._section(self.trial(best.change, best.steps), k, reach ** (1 / (1 + turn)))
         return best
 
+    def centred(self, best: Trial) -> Trial:
+        """The middle of the sizes that do as well, of a change with one value: counts have steps."""
+        if len(best.steps) != 1:
+            return best
+        sign, size, ends = np.sign(best.steps[0]), abs(best.steps[0]), []
+        for way in (1 / _WIDE, _WIDE):
+            near, far = 1.0, way
+            for _ in range(_HALVED):
+                middle = sqrt(near * far)
+                equal = self.trial(best.change, (float(sign * size * middle),)).cost <= best.cost + 1e-9
+                near, far = (middle, far) if equal else (near, middle)
+            ends.append(near)
+        return self.trial(best.change, (float(sign * size * sqrt(ends[0] * ends[1])),))
+
     def _section(self, best: Trial, k: int, reach: float) -> Trial:
         """The best step number k, the others as they are."""
         sign, size = np.sign(best.steps[k]), abs(best.steps[k])
@@ -381,13 +397,8 @@ class Search:
     changes: Sequence[Change]
 
     def best(self) -> list[Trial]:
-        """The changes, tried on the large sample, best first; pairs too, if one explains half and none all."""
-        found = self._single(self.small, self.large, self.changes)
-        best = found[0] if found else None
-        if best is None or self.large.fits(best) or self.large.gain(best) < 0.5:
-            return found
-        pairs = [self._paired(best)]
-        return self._ranked([*found, *(pair for pair in pairs if pair is not None)])
+        """The changes, tried on the large sample, best first."""
+        return self._single(self.small, self.large, self.changes)
 
     def _single(self, small: Sample, large: Sample, changes: Sequence[Change]) -> list[Trial]:
         screened = sorted((small.trial(c, ()) for c in changes if not c.axes), key=_cost)
@@ -402,8 +413,10 @@ class Search:
                 break
         return self._ranked(found)
 
-    def _paired(self, best: Trial) -> Trial | None:
-        """The best change together with the one that explains most of the rest."""
+    def paired(self, best: Trial) -> Trial | None:
+        """A change together with the one that explains most of the rest, if it explains half itself."""
+        if self.large.gain(best) < _HALF:
+            return None
         others = [c for c in self.changes if c.kind != best.change.kind and not (c.first and best.change.first)]
         rest = []
         for sample in (self.small, self.large):

@@ -201,7 +201,8 @@ class WrongTexture:
         """What a search finds, its values made good on more texels, the best first; pairs if no change fits."""
         more = None
         if self.name in self._layers and not isinstance(counted.problem, Estimated):
-            more = drawn(max(_POLISHED // cost, _FEWEST))  # counts have steps: fewer texels leave values open
+            # Counts have steps: fewer texels leave values open.
+            more = replace(drawn(max(_POLISHED // cost, _FEWEST)), undecided=0.0)
 
         def polished(found: Sequence[Trial]) -> Sequence[Trial]:
             """The same with the values of the likely ones made good."""

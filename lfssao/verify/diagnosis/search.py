@@ -259,6 +259,9 @@ class Sample:
     weights: FloatArray  # (K,)
     number: int  # of wrong texels that the sample stands for
     base: Problem | None = None  # the reference's problem, where this one was changed
+    # Cost of a wrong texel inside an interval that does not decide it; 0 where a value is made good, as texels that
+    # turn at the right value are not decided there.
+    undecided: float = 0.5
 
     @cached_property
     def before(self) -> float:
@@ -301,7 +304,7 @@ class Sample:
             decides = self.wrong & np.any(_columns(high - low < self.deviation), axis=1)
         far, near = (np.divide(d, d + self._scale, out=np.ones(len(d)), where=np.isfinite(d)) for d in (off, away))
         inside = off == 0
-        bad = np.where(inside, np.where(self.wrong & ~decides, 0.5, 0.0), 0.5 + 0.5 * far)
+        bad = np.where(inside, np.where(self.wrong & ~decides, self.undecided, 0.0), 0.5 + 0.5 * far)
         wrong, others = self._balanced
         cost = float(wrong @ bad + others @ bad) + 1e-4 * float((wrong + others) @ near)
         total = self.before or 1.0

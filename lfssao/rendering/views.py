@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.neighbours import nearest_modules
-from lfssao.errors import InputError
-from lfssao.optics.display import Display, fit_roi
+from lfssao.optics.display import Display, chosen_modules, fit_roi
 from lfssao.optics.display_file import find_display
-from lfssao.optics.view import View, check_positions
+from lfssao.optics.view import View, box_of, check_positions
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 
@@ -36,14 +35,8 @@ def module_views(
     ['module_009', 'module_010']
     """
     mesh, display = find_scene(mesh), find_display(display)
-    count = len(display.modules)
-    wanted = range(count) if modules is None else modules
-    if np.ndim(wanted) != 1:
-        raise InputError(f"modules is {wanted!r:.60}, it must be a range or a list of numbers")
-    if len(wanted) == 0 or min(wanted) < 0 or max(wanted) >= count:
-        named = f"{wanted.start}:{wanted.stop}" if isinstance(wanted, range) else f"{list(wanted)}"
-        raise InputError(f"modules {named} are not a part of 0:{count}, the modules of {display.name}")
-    box = mesh.bounds if bounds is None else bounds
+    wanted = chosen_modules(display, modules)
+    box = mesh.bounds if bounds is None else box_of("bounds", bounds)
     physical_from_world = fit_roi(box, display.roi)
     texels = max(display.modules[index].width for index in wanted) / display.screen_width
     check_positions(box, texels * float(physical_from_world[0, 0]))
@@ -59,7 +52,7 @@ def neighbour_views(
     bounds: Box | None = None,
 ) -> list[tuple[View, ...]]:
     """Views of the ``count`` nearest modules of each module, as of ``module_views``; InputError if there are fewer."""
-    wanted = range(len(display.modules)) if modules is None else modules
+    wanted = chosen_modules(display, modules)
     if count == 0:
         return [()] * len(wanted)
     views = module_views(mesh, display, None, guard, bounds)

@@ -258,7 +258,9 @@ REFUSED = {  # by key: changes of the display, and of its module
         *({"diffuser": "conical", f"{w}_curvature": 0.1} for w in ("screen", "observer")),
     ],
     "modules": [{"modules": ()}],
-    "modules[0]": [{"x": math.nan}, {"k1": math.nan}, {"yaw": 120.0, "field_of_view": 40.0}],  # the last looks away
+    "modules[0]": [{"yaw": 120.0, "field_of_view": 40.0}],  # it looks away
+    "modules[0].x": [{"x": math.nan}, {"x": math.inf}],
+    "modules[0].k1": [{"k1": math.nan}],
     "modules[0].z": [{"z": 0.0}, {"z": 0.2, "x": 0.45, "screen_curvature": 1.9}],  # before a convex screen's side
     "modules[1].z": [{"modules": (M, replace(M, z=-0.5))}],
     "modules[0].resolution": [{"height": 0}],

@@ -148,12 +148,12 @@ def write_parts(path: Path, parts: Sequence[Part]) -> None:
 
 def _openexr_part(part: Part) -> Any:
     height, width, _ = part.pixels.shape
-    low, high = np.array([0, 0], np.int32), np.array([width, height], np.int32) - 1
+    low, high, guard = np.array([0, 0], np.int32), np.array([width, height], np.int32) - 1, int(part.guard)
     header = {
         "type": OpenEXR.scanlineimage,
         "compression": getattr(OpenEXR, f"{part.compression.upper()}_COMPRESSION"),
-        "dataWindow": (low - part.guard, high - part.guard),
-        "displayWindow": (low, high - 2 * part.guard),
+        "dataWindow": (low - guard, high - guard),
+        "displayWindow": (low, high - 2 * guard),
         **{f"{PREFIX}{name}": value for name, value in part.attributes.items()},
     }
     # Channels one by one: OpenEXR takes an array for one without gaps, whatever its strides are.

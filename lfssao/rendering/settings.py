@@ -157,8 +157,9 @@ class Settings:
                     check_choice("choice", getattr(self, name), choices)
         if self.layers is None:
             return
-        if not isinstance(self.layers, tuple | list) or not self.layers:
-            raise InputError(f"layers is {shown(self.layers)}, at least one is needed, in a tuple")
+        check_type("layers", self.layers, tuple | list)
+        if not self.layers:
+            raise InputError("layers: at least one is needed")
         for name in self.layers:
             with errors_of("layers"):
                 check_choice("layer", name, LAYERS)

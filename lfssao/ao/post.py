@@ -15,7 +15,7 @@ from lfssao.errors import InputError, check_type, shown
 MAX_SIGMA = 1024.0
 
 
-def merge(layers: list[Texture] | Texture) -> Texture:
+def merge(layers: Sequence[Texture] | Texture) -> Texture:
     """Multi-resolution merge: the maximum over (K, H, W), or K textures (H, W), of several radii (LF section 6).
 
     InputError if there is no texture, their sizes or dtypes differ, a number is NaN, or one is masked.

@@ -3,7 +3,7 @@
 Physical space: metres, X right along the observer line, Y up, Z away from the viewers, the screen through z = 0.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite, isnan, sqrt
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.affine import Matrix
-from lfssao.core.arguments import as_number, as_numbers, as_whole, check_whole
+from lfssao.core.arguments import as_number, as_numbers, check_whole
 from lfssao.core.pictures import figure_png
 from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
 from lfssao.optics import lens as optics
@@ -367,22 +367,6 @@ def crossed_slits(physical_from_world: Matrix, lens: NDArray[np.float64]) -> Wor
     rows[1] *= v_scale * z_o
     numbers = np.concatenate([rows.ravel(), [m_z, z_o, u_0 + u_scale * m_x, v_0 + v_scale * y_o]])
     return WorldToImage(mapping.CROSSED_SLITS, numbers)
-
-
-def chosen_modules(display: Display, modules: Iterable[int] | None) -> Sequence[int]:
-    """Numbers of modules, all for None; InputError if they are none, or not all a part of the display."""
-    count = len(display.modules)
-    if modules is None:
-        return range(count)
-    if not isinstance(modules, Iterable) or (isinstance(modules, np.ndarray) and modules.ndim != 1):
-        raise InputError(f"modules is {shown(modules)}, it must be a range or a list of numbers")
-    given: Sequence[Any] = modules if isinstance(modules, range) else list(modules)
-    ends = [given[0], given[-1]] if isinstance(given, range) and given else given
-    numbers = [number for number in map(as_whole, ends) if number is not None and 0 <= number < count]
-    if not given or len(numbers) < len(ends):
-        named = f"{modules.start}:{modules.stop}" if isinstance(modules, range) else shown(given)
-        raise InputError(f"modules {named} are not a part of 0:{count}, the modules of {display.name}")
-    return given if isinstance(given, range) else numbers
 
 
 def fit_roi(world_box: NDArray[np.float64], physical_box: Any) -> Matrix:

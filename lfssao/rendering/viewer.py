@@ -21,13 +21,14 @@ from lfssao.core import pictures
 from lfssao.core.affine import Matrix, multiply, to_4x4
 from lfssao.core.arguments import MOST_TEXELS, as_number, as_numbers, as_whole, check_whole
 from lfssao.errors import InputError, check_choice, shown
-from lfssao.optics.display import Display, chosen_modules
+from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.view import View, WorldToImage, finite_numbers, inverse_of
 from lfssao.rendering import doubts
 from lfssao.rendering.kernels import light_field as kernels
+from lfssao.rendering.views import chosen_modules
 
 BLENDS = ("nearest", "linear", "gaussian")  # in the order of the kernel's numbers
 

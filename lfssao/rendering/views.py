@@ -1,19 +1,38 @@
 """The views of a display's modules, the scene fitted into the display's region of interest."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.neighbours import nearest_modules
-from lfssao.optics.display import Display, chosen_modules, fit_roi
+from lfssao.core.arguments import as_whole
+from lfssao.errors import InputError, shown
+from lfssao.optics.display import Display, fit_roi
 from lfssao.optics.display_file import find_display
 from lfssao.optics.view import View, box_of, check_positions
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 
 Box = NDArray[np.float64]  # (2, 3): lower and upper corner
+
+
+def chosen_modules(display: Display, modules: Iterable[int] | None) -> Sequence[int]:
+    """Numbers of modules, all for None; InputError if they are none, or not all a part of the display."""
+    count = len(display.modules)
+    if modules is None:
+        return range(count)
+    if not isinstance(modules, Iterable) or (isinstance(modules, np.ndarray) and modules.ndim != 1):
+        raise InputError(f"modules is {shown(modules)}, it must be a range or a list of numbers")
+    given: Sequence[Any] = modules if isinstance(modules, range) else list(modules)
+    ends = [given[0], given[-1]] if isinstance(given, range) and given else given
+    numbers = [number for number in map(as_whole, ends) if number is not None and 0 <= number < count]
+    if not given or len(numbers) < len(ends):
+        named = f"{modules.start}:{modules.stop}" if isinstance(modules, range) else shown(given)
+        raise InputError(f"modules {named} are not a part of 0:{count}, the modules of {display.name}")
+    return given if isinstance(given, range) else numbers
 
 
 def module_views(

@@ -36,6 +36,11 @@ class MissingPackageError(LfssaoError, ImportError):
     """
 
 
+def shown(value: object) -> str:
+    """A value as Python writes it, in one line of at most 60 letters."""
+    return f"{' '.join(repr(value).split()):.60}"
+
+
 def meant(name: object, choices: Iterable[str]) -> str:
     """The question whether the choice that is most like a name was meant; empty if none is like it."""
     alike = {each.lower().replace("_", "-"): each for each in choices}
@@ -51,7 +56,7 @@ def no_such(kind: str, name: object, choices: Iterable[str]) -> InputError:
 
 def check_choice(kind: str, name: object, choices: Collection[str]) -> None:
     """Refuse a name that is not among the choices (``no_such``)."""
-    if name not in choices:
+    if not isinstance(name, str) or name not in choices:
         raise no_such(kind, name, choices)
 
 

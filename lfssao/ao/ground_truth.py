@@ -37,8 +37,9 @@ from lfssao.ao.kernels import truth
 from lfssao.ao.kernels.truth import Begun, Cast
 from lfssao.ao.ssao import check_radius
 from lfssao.ao.textures import Buffers
+from lfssao.core.arguments import as_number, check_seed, check_whole
 from lfssao.core.threads import in_chunks
-from lfssao.errors import InputError, check_choice, check_type
+from lfssao.errors import InputError, check_choice, check_type, shown
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import CentredScene
 from lfssao.scene.builtin import find_scene
@@ -171,17 +172,18 @@ def ray_cast_occlusion(
     check_type("buffers", buffers, Buffers)
     if buffers.normals is None:
         raise InputError("ray-cast occlusion reads normals, and there is no normals texture")
-    if not (radius == np.inf and falloff == "constant"):
-        check_radius(radius)
     check_choice("weighting", weighting, WEIGHTINGS)
     check_choice("falloff", falloff, FALLOFFS)
     check_choice("intersector", intersector, INTERSECTORS)
-    if not 2 <= rounds[0] <= rounds[1] <= 2**16 or not 1 <= strata <= 256:
-        raise InputError(f"rounds {rounds} must be 2 <= least <= most <= 65536, and strata {strata} from 1 to 256")
-    if not tolerance >= 0 or not 0 <= offset < np.inf:
-        raise InputError(f"tolerance {tolerance} and offset {offset} must be at least 0")
-    if not 0 <= seed < 2**64:
-        raise InputError(f"the seed is {seed}, it must be a whole number between 0 and 2**64 - 1")
+    if not (as_number(radius) == np.inf and falloff == "constant"):
+        check_radius(radius)
+    if not isinstance(rounds, tuple | list) or len(rounds) != 2:
+        raise InputError(f"rounds is {shown(rounds)}, it must be the least and the most number of rounds")
+    most = check_whole("most rounds", rounds[1], 2, 2**16)
+    rounds = check_whole("least rounds", rounds[0], 2, most), most
+    strata, seed = check_whole("strata", strata, 1, 256), check_seed("seed", seed)
+    if not as_number(tolerance) >= 0 or not 0 <= as_number(offset) < np.inf:
+        raise InputError(f"tolerance {shown(tolerance)} and offset {shown(offset)} must be at least 0")
     low, high = occluders.mesh.bounds
     step = offset * (radius if radius < np.inf else float(np.sqrt(np.sum((high - low) ** 2))))
     names = WEIGHTINGS.index(weighting), FALLOFFS.index(falloff)

@@ -1,41 +1,44 @@
 """Merge, Gaussian blur and shading of arrays from any source, in their dtype (LF section 7, passes 4 to 6)."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from lfssao.ao import reference
 from lfssao.ao.kernels import post as post_kernels
 from lfssao.ao.textures import Texture, check_fit, check_texture
-from lfssao.errors import InputError
+from lfssao.core.arguments import as_number
+from lfssao.errors import InputError, check_type, shown
 
 # Roundings of the other weights cannot use up the centre's: 3 sigma 2^-24 at most, and it is about 0.4 / sigma.
 MAX_SIGMA = 1024.0
 
 
-def merge(layers: list[Texture] | Texture) -> Texture:
+def merge(layers: Sequence[Texture] | Texture) -> Texture:
     """Multi-resolution merge: the maximum over (K, H, W), or K textures (H, W), of several radii (LF section 6).
 
-    InputError if there is no texture, or their sizes or dtypes differ.
+    InputError if there is no texture, their sizes or dtypes differ, a number is NaN, or one is masked.
 
     >>> lfssao.merge([np.float32([[0.2, 0.5]]), np.float32([[0.4, 0.1]])]).tolist()
     [[0.4000000059604645, 0.5]]
     """
-    if len(layers) == 0 or any(np.shape(a) != np.shape(layers[0]) for a in layers):
-        raise InputError("merge needs at least one texture, all of one size")
-    for number, layer in enumerate(layers):
-        check_texture(f"layer {number}", layer, 2)
-        if layer.dtype != layers[0].dtype:
-            raise InputError(f"layer {number} is of {layer.dtype}, layer 0 of {layers[0].dtype}")
+    check_type("layers", layers, Sequence | np.ndarray)
+    if len(layers) == 0:
+        raise InputError("merge needs at least one texture")
+    check_texture("layer 0", layers[0], 2)
+    for number, layer in enumerate(layers[1:], 1):
+        check_fit(f"layer {number}", layer, layers[0])
     merged = np.array(layers[0])
     for layer in layers[1:]:
-        np.copyto(merged, layer, where=layer > merged)  # which a NaN never is
+        np.copyto(merged, layer, where=layer > merged)
     return merged
 
 
 def gaussian_kernel(sigma: float) -> NDArray[np.float64]:
     """The normalised Gaussian, float64, 2 ceil(3 sigma) + 1 weights; InputError unless sigma is 0 to MAX_SIGMA."""
-    if not 0 <= sigma <= MAX_SIGMA:
-        raise InputError(f"blur is {sigma}, it must be a sigma between 0 and {MAX_SIGMA:g} texels")
+    if not 0 <= as_number(sigma) <= MAX_SIGMA:
+        raise InputError(f"blur is {shown(sigma)}, it must be a sigma between 0 and {MAX_SIGMA:g} texels")
     return reference.gaussian_weights(float(sigma))
 
 
@@ -59,7 +62,7 @@ def blur(occlusion: Texture, sigma: float) -> Texture:
 
     Occlusion is (H, W) float32 or float64; texels beyond the border have the border's value. ``sigma`` is the standard
     deviation, texels, 0 to MAX_SIGMA: the kernel reaches ceil(3 sigma) texels to each side, and 0 returns a copy.
-    InputError if the texture or sigma is wrong.
+    InputError if the texture or sigma is wrong, a number is NaN, or the texture is masked.
 
     >>> lfssao.blur(np.array([[0, 1, 0]], np.float32), sigma=1.0).round(3).tolist()
     [[0.24199999868869781, 0.39899998903274536, 0.24199999868869781]]
@@ -78,7 +81,7 @@ def shade(rgb: Texture, occlusion: Texture) -> Texture:
     """Post pass: rgb (1 - occlusion) (LF sections 4 and 7).
 
     ``rgb`` is linear colour, (H, W, 3) float32 or float64, and occlusion (H, W) of that dtype, 0 to 1. InputError if
-    sizes or dtypes do not fit.
+    sizes or dtypes do not fit, a number is NaN, or an array is masked.
 
     >>> lfssao.shade(np.ones((1, 1, 3), np.float32), np.float32([[0.25]])).tolist()
     [[[0.75, 0.75, 0.75]]]

@@ -9,10 +9,11 @@ import numpy as np
 from lfssao.ao.kernels import ssao
 from lfssao.ao.textures import Texture, check_fit, check_texture, check_turns
 from lfssao.core.affine import Matrix
+from lfssao.core.arguments import as_number, as_numbers
 from lfssao.core.pictures import row_png, visibility_codes
-from lfssao.errors import InputError, check_type
+from lfssao.errors import InputError, check_type, shown
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.optics.view import WorldToImage
+from lfssao.optics.view import WorldToImage, finite_numbers
 
 # Kernels count samples in 32 bits.
 MOST_COUNTED = 2**31 - 1
@@ -76,7 +77,7 @@ def algorithm1(
     Raises
     ------
     InputError
-        If a shape, a dtype or the radius is wrong.
+        If a shape, a dtype or the radius is wrong, a number of a texture is NaN, or an array is masked.
 
     Examples
     --------
@@ -85,16 +86,15 @@ def algorithm1(
     >>> lfssao.algorithm1(depth, M, M, samples, radius=0.1).texture.tolist()
     [[0.5, 0.5], [0.5, 0.5]]
     """
-    for name, matrix in (("screen_to_world", screen_to_world), ("world_to_screen", world_to_screen)):
-        if np.shape(matrix) != (4, 4):
-            raise InputError(f"{name} has shape {np.shape(matrix)}, expected (4, 4)")
-    mapping = WorldToImage(MATRIX, np.array(world_to_screen, np.float64).ravel())
-    return algorithm2(depth, unprojected(depth, screen_to_world), mapping, samples, radius, turns)
+    check_texture("depth", depth, 2)
+    check_turns(turns, depth)
+    back = finite_numbers("screen_to_world", screen_to_world, 4, 4)
+    mapping = WorldToImage(MATRIX, finite_numbers("world_to_screen", world_to_screen, 4, 4).ravel())
+    return algorithm2_of_radii(depth, unprojected(depth, back), mapping, samples, (radius,), turns)[0]
 
 
 def unprojected(depth: Texture, screen_to_world: Matrix) -> Texture:
-    """World positions, (H, W, 3), of a depth texture's points, for Algorithm 1."""
-    check_texture("depth", depth, 2)
+    """World positions, (H, W, 3), of a depth texture's points, for Algorithm 1; anything where there is no surface."""
     positions = np.empty((*depth.shape, 3), depth.dtype)
     ssao.unproject(np.ascontiguousarray(depth), np.ascontiguousarray(np.ravel(screen_to_world), depth.dtype), positions)
     return positions
@@ -119,6 +119,10 @@ def algorithm2(
     >>> lfssao.algorithm2(g.depth, g.positions, textures.view.world_to_image, samples, radius=0.1).texture.shape
     (48, 64)
     """
+    check_type("world_to_image", world_to_image, WorldToImage)
+    check_texture("depth", depth, 2)
+    check_fit("positions", positions, depth, 3)
+    check_turns(turns, depth)
     return algorithm2_of_radii(depth, positions, world_to_image, samples, (radius,), turns)[0]
 
 
@@ -130,13 +134,10 @@ def algorithm2_of_radii(
     radii: Sequence[float],
     turns: Texture | None = None,
 ) -> list[Occlusion]:
-    """``algorithm2`` of each of several radii, at least one, with the same bits, in less time."""
-    if not radii:
-        raise InputError("radii: at least one is needed")
-    check_type("world_to_image", world_to_image, WorldToImage)
-    check_texture("depth", depth, 2)
-    check_fit("positions", positions, depth, 3)
-    check_turns(turns, depth)
+    """``algorithm2`` of each of several radii, at least one, with the same bits, in less time.
+
+    The textures and the mapping have been checked.
+    """
     depth, positions = np.ascontiguousarray(depth), np.ascontiguousarray(positions)
     turns = turns if turns is None else np.ascontiguousarray(turns)
     offsets = np.stack([scaled_offsets(samples, radius, depth.dtype) for radius in radii])
@@ -148,14 +149,14 @@ def algorithm2_of_radii(
 
 def check_radius(radius: float) -> None:
     """Refuse a radius that is not a finite number of at least 0."""
-    if np.ndim(radius) != 0 or not 0 <= radius < np.inf:
-        raise InputError(f"radius is {radius}, it must be a finite number of at least 0")
+    if not 0 <= as_number(radius) < np.inf:
+        raise InputError(f"radius is {shown(radius)}, it must be a finite number of at least 0")
 
 
 def scaled_offsets(samples: Texture, radius: float, dtype: np.dtype[Any]) -> Texture:
     """Offsets in world units: radius times samples in float64, rounded once to the dtype."""
     check_radius(radius)
-    table = np.asarray(samples, np.float64)
+    table = as_numbers("samples", samples).astype(np.float64, copy=False)
     if table.ndim != 2 or table.shape[1] != 3 or len(table) == 0:
         raise InputError(f"samples have shape {table.shape}, expected (n, 3) with n at least 1")
     if len(table) > MOST_COUNTED:

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.core.arguments import check_unmasked
 from lfssao.errors import InputError, check_type
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.kernels.rays import write_directions
 from lfssao.optics.view import View
-from lfssao.samples.rotation import texel_turns
+from lfssao.samples.rotation import check_rotation, texel_turns
 
 Texture = NDArray[np.floating[Any]]
 
@@ -37,7 +38,7 @@ class Buffers:
     Raises
     ------
     InputError
-        If sizes or dtypes do not fit each other or the view.
+        If sizes or dtypes do not fit each other or the view, a number is NaN, or an array is masked.
 
     Examples
     --------
@@ -53,6 +54,7 @@ class Buffers:
     turns: Texture | None = None
 
     def __post_init__(self) -> None:
+        check_type("view", self.view, View)
         check_texture("depth", self.depth, 2)
         if self.depth.shape != (self.view.height, self.view.width):
             raise InputError(f"depth has shape {self.depth.shape}, the view's is {(self.view.height, self.view.width)}")
@@ -71,6 +73,7 @@ class Buffers:
 
     def turned(self, rotation: str, seed: int = 0) -> "Buffers":
         """The same with the turns of a rotation (``lfssao.samples.texel_turns``, whose InputErrors it raises)."""
+        check_rotation(rotation, seed)
         return replace(self, turns=texel_turns(rotation, *self.depth.shape, seed, self.depth.dtype))
 
     @cached_property
@@ -82,12 +85,16 @@ class Buffers:
 
 
 def check_texture(name: str, texture: Texture, dimensions: int) -> None:
-    """Refuse all but arrays of float32 or float64 with that many dimensions, none of them empty."""
+    """Refuse all but arrays of float32 or float64 with that many dimensions, none of them empty, without NaN."""
     if not isinstance(texture, np.ndarray) or texture.dtype not in (np.float32, np.float64):
         kind = getattr(texture, "dtype", type(texture).__name__)
         raise InputError(f"{name} is of {kind}, expected an array of float32 or float64")
     if texture.ndim != dimensions or 0 in texture.shape:
         raise InputError(f"{name} has shape {texture.shape}, expected {dimensions} dimensions and no empty one")
+    check_unmasked(name, texture)
+    if np.isnan(texture.min()):  # the fastest pass in which a NaN stays
+        place = np.argwhere(np.isnan(texture))[0].tolist()
+        raise InputError(f"{name} is NaN at {place}, and no texture may hold a NaN")
 
 
 def check_fit(name: str, texture: Texture, other: Texture, *channels: int) -> None:

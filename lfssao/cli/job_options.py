@@ -12,13 +12,13 @@ from lfssao.ao.estimators.published import published_names
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.cli import estimators, values
 from lfssao.cli.terminal import say
-from lfssao.cli.values import MOST_BLUR, MOST_GUARD, MOST_SAMPLES
+from lfssao.cli.values import MOST_BLUR, MOST_SAMPLES
 from lfssao.core.files import check_folder
 from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.camera import PROJECTIONS, Camera
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display
-from lfssao.optics.view import View, check_positions
+from lfssao.optics.view import MOST_GUARD, View, check_positions
 from lfssao.rendering import doubts, manifest
 from lfssao.rendering.animation import frame_bounds, read_transforms, swept_bounds, turntable
 from lfssao.rendering.job import Job

@@ -5,7 +5,7 @@ import json
 
 from lfssao.cli.job_options import add_options, job_of
 from lfssao.cli.terminal import printable, working
-from lfssao.cli.values import MOST_THREADS
+from lfssao.core.threads import MOST_THREADS
 from lfssao.optics.view import seen_rows
 from lfssao.rendering import plan
 from lfssao.rendering.job import Item

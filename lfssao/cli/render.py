@@ -11,7 +11,7 @@ import numba
 
 from lfssao.cli.job_options import add_options, job_of
 from lfssao.cli.terminal import printable, progress, working
-from lfssao.cli.values import MOST_THREADS
+from lfssao.core.threads import MOST_THREADS
 from lfssao.errors import InputError
 from lfssao.rendering.cluster import executor_of
 from lfssao.rendering.output import ANIMATION, VIEW

@@ -6,14 +6,14 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+from lfssao.core.threads import MOST_THREADS
 from lfssao.errors import InputError
+from lfssao.optics.view import MOST_GUARD
 from lfssao.rendering.animation import MOST_FRAMES
 
 # Beyond these a command would run for hours or fill the memory, and nobody means it.
 MOST_SAMPLES = 65_536
 MOST_BLUR = 1024.0  # texels
-MOST_THREADS = 1024
-MOST_GUARD = 4096  # texels
 LARGEST_RADIUS = 1e30  # as of coordinates (Mesh): sums of both are float32
 
 PICTURES = (".png", ".svg", ".pdf")

@@ -9,6 +9,15 @@ from itertools import pairwise
 
 import numba
 
+from lfssao.core.arguments import check_whole
+
+MOST_THREADS = 1024
+
+
+def check_threads(count: object) -> int:
+    """A number of threads; InputError if it is none."""
+    return check_whole("threads", count, 1, MOST_THREADS)
+
 
 @contextmanager
 def kernel_threads(count: int) -> Iterator[None]:

@@ -10,14 +10,14 @@ from numpy.typing import DTypeLike, NDArray
 
 from lfssao.core import pictures
 from lfssao.core.affine import Matrix, transform_points
-from lfssao.core.threads import in_chunks
-from lfssao.errors import InputError, check_type
+from lfssao.core.threads import check_threads, in_chunks
+from lfssao.errors import InputError, check_type, shown
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import build_scene, embree_installed, require_embree
 from lfssao.gbuffer.kernels import first_hit, surface
 from lfssao.optics.kernels.rays import make_rays
-from lfssao.optics.view import View
+from lfssao.optics.view import View, finite_numbers
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh, Paint
 
@@ -92,7 +92,7 @@ class RayCaster:
     Raises
     ------
     InputError
-        If the mesh leaves the range of float32 in cast space.
+        If the mesh leaves the range of float32 in cast space, or the map or the threads are none.
 
     Examples
     --------
@@ -105,7 +105,8 @@ class RayCaster:
     def __init__(self, mesh: Mesh | str | Path, cast_from_world: Matrix, threads: int = 1) -> None:
         self.mesh = mesh = find_scene(mesh)
         self.bounds = mesh.bounds
-        self.threads = threads
+        self.threads = check_threads(threads)
+        cast_from_world = finite_numbers("cast_from_world", cast_from_world, 3, 4)
         vertices = transform_points(cast_from_world, mesh.vertices)
         with np.errstate(over="ignore"):  # float32 textures and Embree cannot hold what overflows: it is refused
             if not np.isfinite(vertices.astype(np.float32)).all():
@@ -143,16 +144,18 @@ class RayCaster:
         Raises
         ------
         InputError
-            If ``color``, ``normals`` or ``caster`` is none of these.
+            If ``color``, ``normals`` or ``caster`` is none of these, or rows are not a part of the view's.
         MissingPackageError
             If Embree is asked for and embreex is not installed.
         """
         check_type("view", view, View)
         options = ("color", color, COLOR_FILTERS), ("normals", normals, NORMALS), ("caster", caster, CASTERS)
         for name, value, choices in options:
-            if value is not None and value not in choices:
-                raise InputError(f"{name} is '{value}': choose one of {', '.join(choices)}")
+            if value is not None and not (isinstance(value, str) and value in choices):
+                raise InputError(f"{name} is '{value!s:.40}': choose one of {', '.join(choices)}")
         rows = range(view.height) if rows is None else rows
+        if not isinstance(rows, range) or not 0 <= rows.start <= rows.stop <= view.height or rows.step != 1:
+            raise InputError(f"rows is {shown(rows)}, it must be a part of range({view.height})")
         part, colored = slice(rows.start, rows.stop), color is not None and self._material is not None
         depth, triangle = _texture(view, rows, np.inf), _texture(view, rows, -1, dtype=np.int32)
         places = _texture(view, rows, np.inf, 3) if positions else None

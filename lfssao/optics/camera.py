@@ -3,15 +3,17 @@
 from dataclasses import dataclass, replace
 from itertools import product
 from math import sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.affine import Matrix, determinant, invert_affine, multiply, to_4x4
+from lfssao.core.arguments import as_number
 from lfssao.core.elementary import sincospi
-from lfssao.errors import InputError, check_choice
+from lfssao.errors import InputError, check_choice, errors_of, shown
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.view import View, WorldToImage, finite_numbers
+from lfssao.optics.view import View, WorldToImage, box_of, check_size, finite_numbers
 
 PROJECTIONS = ("perspective", "orthographic")
 
@@ -55,9 +57,11 @@ class Camera:
 
     def __post_init__(self) -> None:
         check_choice("camera", self.projection, PROJECTIONS)
-        numbers = (*self.eye, *self.target, *self.up, self.extent, self.near, self.far)
-        if not np.isfinite(numbers).all():
-            raise InputError(f"camera: a number is not finite: {self}")
+        with errors_of("camera"):
+            for name in ("eye", "target", "up"):
+                finite_numbers(name, getattr(self, name), 3)
+            for name in ("extent", "near", "far"):
+                finite_numbers(name, getattr(self, name))
         if not self.extent > 0:
             raise InputError(f"camera: extent is {self.extent}, it must be positive")
         if not 0 < self.near < self.far:
@@ -69,7 +73,7 @@ class Camera:
     @classmethod
     def looking_at(cls, box: NDArray[np.float64], projection: str = "perspective") -> "Camera":
         """A camera before the +Z side of a box, (2, 3) world corners, which shows it with a small margin."""
-        box = finite_numbers("box", box, 2, 3)
+        box = box_of("box", box)
         x, y, z = (0.5 * box[0] + 0.5 * box[1]).tolist()
         width, height, depth = (box[1] - box[0]).tolist()
         extent = 1.1 * max(height, 0.75 * width, 1e-3 * depth)
@@ -99,14 +103,16 @@ class Camera:
         lies behind the eye.
         """
         usual = cls.looking_at(box, projection)
-        if (eye, target, up, fov) == (None,) * 4:
+        place = {"eye": eye, "target": target, "up": up}
+        given: dict[str, Any] = {name: point for name, point in place.items() if point is not None}
+        if fov is None and not given:
             return usual
-        made = replace(usual, eye=eye or usual.eye, target=target or usual.target, up=up or usual.up)
+        made = replace(usual, **given)
         forward = np.subtract(made.target, made.eye)
         distance, extent = _length(forward), usual.extent
         if fov is not None:
-            if projection != "perspective" or not 0 < fov < 180:
-                raise InputError(f"camera: fov is {fov:g}, it must be 0 to 180 degrees of a perspective camera")
+            if projection != "perspective" or not 0 < as_number(fov) < 180:
+                raise InputError(f"camera: fov is {shown(fov)}, it must be 0 to 180 degrees of a perspective camera")
             sine, cosine = sincospi(fov / 360)
             extent = 2 * distance * (sine / cosine)
         elif projection == "perspective":
@@ -119,7 +125,11 @@ class Camera:
         return replace(made, extent=extent, near=max(0.9 * min(depths), 1e-3 * far), far=far)
 
     def view(self, width: int, height: int, guard: int = 0) -> View:
-        """The view of this camera in a texture of width x height square texels, and ``guard`` more on each side."""
+        """The view of this camera in a texture of width x height square texels, and ``guard`` more on each side.
+
+        InputError if one of these is no whole number, or out of range (``lfssao.optics.view.check_size``).
+        """
+        width, height, guard = check_size(width, height, guard)
         eye_from_world = self._eye_from_world()
         perspective = self.projection == "perspective"
         distance = _length(np.subtract(self.target, self.eye)) if perspective else 1.0

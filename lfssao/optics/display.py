@@ -3,20 +3,43 @@
 Physical space: metres, X right along the observer line, Y up, Z away from the viewers, the screen through z = 0.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite, sqrt
+from math import inf, isfinite, isnan, sqrt
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.affine import Matrix, invert_affine
+from lfssao.core.affine import Matrix
+from lfssao.core.arguments import as_number, as_numbers, check_whole
 from lfssao.core.pictures import figure_png
-from lfssao.errors import InputError, check_choice, errors_of
+from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
 from lfssao.optics import lens as optics
 from lfssao.optics.kernels import display as kernels
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.view import DIFFUSERS, View, WorldToImage, finite_numbers
+from lfssao.optics.view import (
+    DIFFUSERS,
+    MOST_GUARD,
+    View,
+    WorldToImage,
+    box_of,
+    check_size,
+    finite_numbers,
+    inverse_of,
+    points_of,
+)
+
+# Numbers of a display, with the keys of its file that they come from; numbers of a module.
+_KEYS = {
+    "screen_width": "screen.width",
+    "screen_height": "screen.height",
+    "screen_curvature": "screen.radius",
+    "observer_height": "observer.height",
+    "observer_z": "observer.distance",
+    "observer_curvature": "observer.radius",
+}
+_PLACE_AND_OPTICS = ("x", "y", "z", "yaw", "pitch", "roll", "k1", "k2")
 
 PHYSICAL_Z = "physical z: metres from the screen plane, away from the viewers"
 
@@ -108,6 +131,8 @@ class Display:
 
     def __post_init__(self) -> None:
         self._check_screen()
+        with errors_of(f"display {self.name}"):
+            check_type("modules", self.modules, Sequence)
         if not self.modules:
             raise InputError(f"display {self.name}: modules: there are none")
         for index in range(len(self.modules)):
@@ -119,7 +144,13 @@ class Display:
         if not holds:
             raise InputError(f"display {self.name}: {key}: {reason}")
 
+    def _check_numbers(self, keys: Mapping[str, object]) -> None:
+        """Refuse values, by the keys of the display's file, that are no numbers."""
+        for key, value in keys.items():
+            self._demand(not isnan(as_number(value)), key, f"it is {shown(value)}, it must be a number")
+
     def _check_screen(self) -> None:
+        self._check_numbers({key: getattr(self, name) for name, key in _KEYS.items()})
         demand, half = self._demand, 0.5 * self.screen_width
         for key, size in (("screen.width", self.screen_width), ("screen.height", self.screen_height)):
             demand(0 < size < inf, key, f"it is {size}, it must be positive")
@@ -137,20 +168,26 @@ class Display:
 
     def _check_module(self, index: int) -> None:
         module, key, demand = self.modules[index], f"modules[{index}]", self._demand
+        with errors_of(f"display {self.name}"):
+            check_type(key, module, Module)
+        self._check_numbers({f"{key}.{name}": getattr(module, name) for name in _PLACE_AND_OPTICS})
         demand(0 < module.z < inf, f"{key}.z", f"it is {module.z}, but modules are behind the screen, at z > 0")
-        demand(isfinite(module.x + module.y), key, f"its place is ({module.x}, {module.y}, {module.z})")
+        for name, value in (("x", module.x), ("y", module.y)):
+            demand(isfinite(value), f"{key}.{name}", f"it is {value}, it must be finite")
         screen = _bulge(self.screen_curvature, min(abs(module.x), 0.5 * self.screen_width))
         reason = f"it is {module.z}, but the curved screen is there at z = {screen:g}"
         demand(module.z > screen, f"{key}.z", reason)
-        positive = module.width >= 1 and module.height >= 1
-        demand(positive, f"{key}.resolution", f"it is {module.width} x {module.height}")
+        with errors_of(f"display {self.name}: {key}.resolution"):
+            check_size(module.width, module.height)
         field, turned = module.field_of_view, (module.yaw, module.pitch, module.roll) != (0, 0, 0)
         reason = f"it is {field}, it must be between 0 and 180"
-        demand(field is None or 0 < field < 180, f"{key}.field_of_view", reason)
+        demand(field is None or 0 < as_number(field) < 180, f"{key}.field_of_view", reason)
         demand(field is not None or not turned, f"{key}.yaw", "a turned module needs a field_of_view")
         both = field is not None and module.homography is not None
         demand(not both, f"{key}.homography", "it stands for field_of_view, give one of them")
         with errors_of(f"display {self.name}: {key}.homography"):
+            if module.homography is not None:
+                finite_numbers("homography", module.homography, 9)
             numbers = self.module_numbers(index)
         demand(bool(np.isfinite(numbers).all()), key, "a number of its optics is not finite")
         named = kernels.display_module(numbers)
@@ -162,7 +199,9 @@ class Display:
             demand(near < far, key, "the ray of its middle does not reach screen and observers")
 
     def _check_roi(self) -> None:
-        box, demand = np.array(self.roi, np.float64), self._demand
+        demand = self._demand
+        with errors_of(f"display {self.name}: roi"):
+            box = as_numbers("it", self.roi)
         ordered = box.shape == (2, 3) and bool(np.isfinite(box).all() and (box[0] < box[1]).all())
         demand(ordered, "roi", "min must be less than max in x, y and z")
         reached = f"z = {box[0, 2]} reaches the observers at z = {self.observer_z}"
@@ -187,7 +226,11 @@ class Display:
                 self._demand(False, "roi", f"its point ({place}) is behind the {end} for module {index}")
 
     def with_resolution(self, width: int, height: int) -> "Display":
-        """The same display with textures of another size, texels; calibrated optics are scaled with it."""
+        """The same display with textures of another size, texels; calibrated optics are scaled with it.
+
+        InputError if a size is no whole number of at least 1.
+        """
+        width, height, _ = check_size(width, height)
         modules = []
         for m in self.modules:
             homography = m.homography
@@ -202,12 +245,19 @@ class Display:
         flat = self.screen_curvature == 0 and self.observer_curvature == 0 and self.diffuser == "linear"
         return flat and module.field_of_view is None and module.homography is None and module.k1 == module.k2 == 0
 
+    def _module(self, index: object) -> tuple[int, Module]:
+        """A number as a whole one, and the module of it; InputError if there is none."""
+        number = check_whole("module", index, 0, len(self.modules) - 1)
+        return number, self.modules[number]
+
     def module_numbers(self, index: int, guard: int = 0) -> NDArray[np.float64]:
         """The numbers of one module, (32,) float64, in the order of ``lfssao.optics.kernels.display.DisplayModule``.
 
-        Its texture has ``guard`` more texels on each side. InputError if the homography is singular.
+        Its texture has ``guard`` more texels on each side. InputError if there is no such module, the guard band is
+        none, or the homography is singular.
         """
-        m = self.modules[index]
+        _, m = self._module(index)
+        guard = check_whole("guard", guard, 0, MOST_GUARD)
         size = m.width, m.height
         if m.homography is not None:
             sign = -1.0 if m.homography[8] < 0 else 1.0
@@ -231,12 +281,12 @@ class Display:
 
         They are u and v, texels, and z, metres, (..., 3) float64, NaN where the status is neither 0 nor 5. Statuses,
         (...) int64: 0 valid; 1 behind the module; 2 behind the observers; 3 misses the curved screen; 4 folded by the
-        optics; 5 valid, but outside the texture.
+        optics; 5 valid, but outside the texture. InputError if there is no such module or the points are none.
         """
-        points = np.asarray(points, np.float64)
+        points = points_of("points", points)
         flat = np.ascontiguousarray(points.reshape(-1, 3))
         image, statuses = np.empty_like(flat), np.empty(len(flat), np.int64)
-        module = self.modules[index]
+        _, module = self._module(index)
         kernels.map_points(self.module_numbers(index), flat, module.width, module.height, image, statuses)
         return image.reshape(points.shape), statuses.reshape(points.shape[:-1])
 
@@ -248,9 +298,13 @@ class Display:
         u and v, arrays of one shape or floats, are in texels; texel (i, j) has its centre at (i + 0.5, j + 0.5).
         Returned are origin and direction, (..., 3) float64, of the points origin + z direction, metres, the direction's
         z being 1 and the origin's 0, and (..., 2) float64, z of the observers and of the lens, between which the line
-        is defined; (1, 0) where there is none.
+        is defined; (1, 0) where there is none. InputError if there is no such module, or u and v do not fit.
         """
-        us, vs = np.broadcast_arrays(np.asarray(u, np.float64), np.asarray(v, np.float64))
+        us, vs = (as_numbers(*named).astype(np.float64) for named in (("u", u), ("v", v)))
+        try:
+            us, vs = np.broadcast_arrays(us, vs)
+        except ValueError:
+            raise InputError(f"u and v have shapes {us.shape} and {vs.shape}, they must be one") from None
         lines = np.empty((us.size, 6))
         kernels.trace_texels(self.module_numbers(index), us.ravel(), vs.ravel(), lines)
         origin, direction, shape = np.zeros((us.size, 3)), np.ones((us.size, 3)), us.shape
@@ -261,10 +315,13 @@ class Display:
         """The view of one module, a number from 0: rays and mapping of its texture.
 
         ``physical_from_world``, (3, 4) float64, is affine (``fit_roi`` makes one). The guard band (SAO section 2.3)
-        is texels added on each side, which AO looks into and outputs crop.
+        is texels added on each side, which AO looks into and outputs crop. InputError if there is no such module, the
+        map is none, or the guard band is no whole number of texels, 0 to 4096.
         """
         physical_from_world = finite_numbers("physical_from_world", physical_from_world, 3, 4)
-        m = self.modules[index]
+        inverse = inverse_of("physical_from_world", physical_from_world)
+        index, m = self._module(index)
+        guard = check_whole("guard", guard, 0, MOST_GUARD)
         if self._is_plain(m):
             u_scale, v_scale = m.width / self.screen_width, -m.height / self.screen_height
             u_0, v_0 = m.width / 2 + guard, m.height / 2 + guard
@@ -279,7 +336,7 @@ class Display:
             height=m.height + 2 * guard,
             lens=lens,
             cast_from_world=physical_from_world,
-            world_from_cast=invert_affine(physical_from_world),
+            world_from_cast=inverse,
             world_to_image=world_to_image,
             screen_to_world=None,
             depth_kind=PHYSICAL_Z,
@@ -317,13 +374,13 @@ def fit_roi(world_box: NDArray[np.float64], physical_box: Any) -> Matrix:
 
     The scale is the same along all axes. World is right-handed with Y up and viewers towards +Z, physical has Z away
     from the viewers: z changes its sign, so the map turns handedness (its determinant is negative). Boxes are (2, 3)
-    float64, lower and upper corner, and the map is (3, 4) float64.
+    float64, lower and upper corner, and the map is (3, 4) float64. InputError if a box is none.
 
     >>> lfssao.fit_roi(np.array([[0, 0, 0], [1, 1, 1]]), ((-1, -1, -1), (1, 1, 1))).tolist()
     [[2.0, 0.0, 0.0, -1.0], [0.0, 2.0, 0.0, -1.0], [0.0, 0.0, -2.0, 1.0]]
     """
-    world_box = finite_numbers("world_box", world_box, 2, 3)
-    room_box = finite_numbers("physical_box", physical_box, 2, 3)
+    world_box = box_of("world_box", world_box)
+    room_box = box_of("physical_box", physical_box)
     size = world_box[1] - world_box[0]
     room = room_box[1] - room_box[0]
     scale = min((float(r / s) for r, s in zip(room, size, strict=True) if s > 0), default=1.0)

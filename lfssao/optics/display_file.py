@@ -64,6 +64,7 @@ def parse_display(text: str, origin: str) -> Display:
     >>> lfssao.parse_display(lfssao.display_text("virtual"), "mine.toml").name
     'virtual'
     """
+    check_type("text", text, str)
     root = _Table(parse_toml(text, origin))
     with errors_of(origin):
         screen, observer, roi, modules = (root.table(key) for key in ("screen", "observer", "roi", "modules"))

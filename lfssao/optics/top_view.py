@@ -21,7 +21,9 @@ def draw_display(display: Display) -> Figure:
     they meet in the module's lens, from the side in the observers' line (LF figure 8).
     """
     figure = Figure(layout="constrained")
-    met = np.concatenate([_rays(display, index, 0)[:, 0, 0] for index in (0, -1)])  # the observers, by these rays
+    met = np.concatenate(
+        [_rays(display, index, 0)[:, 0, 0] for index in (0, len(display.modules) - 1)]
+    )  # the observers, by these rays
     reach = float(np.abs(met).max(initial=0.5 * display.screen_width))
     panels = figure.subplots(1, 2, sharey=True, width_ratios=(3, 1))
     for axis, (axes, name) in enumerate(zip(panels, ("x", "y"), strict=True)):

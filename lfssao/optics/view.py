@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from lfssao.core.affine import Matrix
-from lfssao.errors import InputError, check_choice
+from lfssao.core.affine import Matrix, determinant, invert_affine
+from lfssao.core.arguments import MOST_TEXELS, as_numbers, check_unmasked, check_whole
+from lfssao.errors import InputError, check_choice, shown
 from lfssao.optics import lens as optics
 from lfssao.optics.kernels.display import NEVER, DisplayModule
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, Projection, Slits, land
@@ -19,6 +20,8 @@ from lfssao.optics.kernels.rays import Rays
 # Names of the kinds of projection in files, by their numbers.
 KINDS = ("crossed slits", "matrix", "display")
 DIFFUSERS = ("linear", "conical")
+
+MOST_GUARD = 4096  # texels; nobody means a wider one
 
 # Image coordinates beyond this many texels belong to points near a singular plane, where rounding is not small.
 _FAR = 1e6
@@ -47,6 +50,12 @@ class WorldToImage:
 
     kind: int
     numbers: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        kind = check_whole("kind", self.kind, 0, len(KINDS) - 1)
+        count = 44 if kind == DISPLAY else 16
+        if as_numbers("numbers", self.numbers).shape != (count,):
+            raise InputError(f"numbers have shape {np.shape(self.numbers)}, expected ({count},)")
 
     @classmethod
     def matrix(cls, M: ArrayLike) -> "WorldToImage":
@@ -179,7 +188,7 @@ class WorldToImage:
 
     def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Image coordinates of world points, float64: (..., 3) to (..., 3), NaN outside the mapping's domain."""
-        points = np.asarray(points, np.float64)
+        points = points_of("points", points)
         flat = np.ascontiguousarray(points.reshape(-1, 3))
         out = np.empty_like(flat)
         land(Projection(self.kind, self.numbers), flat, out)
@@ -193,14 +202,46 @@ def _scalars(**named: float) -> list[float]:
 
 def finite_numbers(name: str, value: ArrayLike, *shape: int) -> NDArray[np.float64]:
     """An argument as float64; InputError, with its name, if it has another shape or is not finite."""
+    check_unmasked(name, value)
     try:
         array = np.array(value)
     except ValueError:  # rows of different lengths
         array = np.array(None)
     if array.dtype.kind not in "iuf" or array.shape != shape or not np.isfinite(array).all():
         wanted = f"{' x '.join(map(str, shape))} finite numbers" if shape else "a finite number"
-        raise InputError(f"{name} is {' '.join(repr(value).split()):.60}, it must be {wanted}")
+        raise InputError(f"{name} is {shown(value)}, it must be {wanted}")
     return array.astype(np.float64)
+
+
+def inverse_of(name: str, affine: Matrix) -> Matrix:
+    """The inverse of an affine map; InputError if it has none, or none of finite numbers."""
+    with np.errstate(all="ignore"):
+        inverse = invert_affine(affine) if determinant(affine) != 0 else np.full((3, 4), np.inf)
+    if not np.isfinite(inverse).all():
+        raise InputError(f"{name} has no inverse")
+    return inverse
+
+
+def points_of(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Points, (..., 3), of any numbers as float64; InputError, with the argument's name, if they are none."""
+    points = as_numbers(name, value).astype(np.float64, copy=False)
+    if points.shape[-1:] != (3,):
+        raise InputError(f"{name} have shape {points.shape}, expected (..., 3)")
+    return points
+
+
+def box_of(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """A box's lower and upper corner, (2, 3) float64; InputError, with the argument's name, if it is none."""
+    box = finite_numbers(name, value, 2, 3)
+    if (box[0] > box[1]).any():
+        raise InputError(f"{name} is {shown(box.tolist())}, its first corner must be the lower one in x, y and z")
+    return box
+
+
+def check_size(width: object, height: object, guard: object = 0) -> tuple[int, int, int]:
+    """Width and height of a texture and its guard band, whole numbers of texels; InputError if one is none."""
+    guard = check_whole("guard", guard, 0, MOST_GUARD)
+    return check_whole("width", width, 1, MOST_TEXELS), check_whole("height", height, 1, MOST_TEXELS), guard
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,6 +284,9 @@ class View:
     screen_to_world: Matrix | None
     depth_kind: str
     guard: int = 0
+
+    def __post_init__(self) -> None:
+        check_size(self.width, self.height, self.guard)
 
     @property
     def rays(self) -> Rays:

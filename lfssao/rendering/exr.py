@@ -3,6 +3,7 @@
 import json
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,13 @@ import OpenEXR
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
+from lfssao.core.arguments import check_unmasked, check_whole
 from lfssao.core.files import write_whole
-from lfssao.errors import InputError, check_type
+from lfssao.errors import InputError, check_choice, check_type, shown
 from lfssao.rendering.image_file import PARTS, PREFIX, first_line, read_image_file, utf8_name
+
+_KINDS = {"name": str, "channels": tuple | list, "pixels": np.ndarray, "attributes": Mapping}  # of a part
+_LARGEST = float(np.finfo(np.float32).max)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +76,7 @@ def write_exr(path: str | Path, parts: Sequence[Part], single_part: bool = False
     path = Path(path)
     name = utf8_name(path)  # else nobody could read it
     for part in parts:
+        check_type(f"{name}: a part", part, Part)
         _check_part(f"{name}: part {part.name}", part)
     windows = {(part.pixels.shape[1] - 2 * part.guard, part.pixels.shape[0] - 2 * part.guard): None for part in parts}
     if len(windows) > 1:  # readers refuse such files
@@ -101,18 +107,27 @@ def as_stored(attributes: Mapping[str, Any]) -> dict[str, Any]:
 
 def _check_part(label: str, part: Part) -> None:
     """Refuse a part that would be changed without an error."""
+    for field_name, kind in _KINDS.items():
+        check_type(f"{label}: {field_name}", getattr(part, field_name), kind)
+    check_unmasked(label, part.pixels)
     shape, dtype = np.shape(part.pixels), part.pixels.dtype
     if dtype != np.float32:  # anything else would be rounded
         raise InputError(f"{label} is of {dtype}, expected float32")
     if len(shape) != 3 or shape[2] != len(part.channels) or 0 in shape:
         raise InputError(f"{label} has shape {shape}, expected (H, W, {len(part.channels)})")
+    check_whole(f"{label}: guard", part.guard, 0, (min(shape[:2]) - 1) // 2)
+    check_choice(f"compression ({label})", part.compression, ("zip", "rle"))
+    for name in (*part.channels, *part.attributes):
+        check_type(f"{label}: a name", name, str)
     if len(set(part.channels)) < len(part.channels):
         raise InputError(f"{label} has two channels of one name: {', '.join(part.channels)}")
     for name in (*part.channels, *(f"{PREFIX}{name}" for name in part.attributes)):
         if not 0 < len(name.encode()) <= 255 or "\0" in name:
             raise InputError(f"{label}: {name!r} is no name of a channel or an attribute")
     for name, value in part.attributes.items():
-        if isinstance(value, int) and not -(2**31) <= value < 2**31:
+        check_type(f"{label}: attribute {name}", value, str | int | float | tuple)
+        too_large = isinstance(value, float) and _LARGEST < abs(value) < inf
+        if too_large or (isinstance(value, int) and not -(2**31) <= value < 2**31):
             raise InputError(f"{label}: attribute {name} is {value}, beyond 32 bits")
 
 
@@ -133,12 +148,12 @@ def write_parts(path: Path, parts: Sequence[Part]) -> None:
 
 def _openexr_part(part: Part) -> Any:
     height, width, _ = part.pixels.shape
-    low, high = np.array([0, 0], np.int32), np.array([width, height], np.int32) - 1
+    low, high, guard = np.array([0, 0], np.int32), np.array([width, height], np.int32) - 1, int(part.guard)
     header = {
         "type": OpenEXR.scanlineimage,
         "compression": getattr(OpenEXR, f"{part.compression.upper()}_COMPRESSION"),
-        "dataWindow": (low - part.guard, high - part.guard),
-        "displayWindow": (low, high - 2 * part.guard),
+        "dataWindow": (low - guard, high - guard),
+        "displayWindow": (low, high - 2 * guard),
         **{f"{PREFIX}{name}": value for name, value in part.attributes.items()},
     }
     # Channels one by one: OpenEXR takes an array for one without gaps, whatever its strides are.
@@ -155,6 +170,9 @@ def read_exr(path: str | Path, names: Collection[str] | None = None) -> dict[str
     >>> lfssao.read_exr("a.exr")["depth"].pixels.shape
     (3, 4, 1)
     """
+    check_type("path", path, str | Path)
+    if names is not None and not isinstance(names, Collection):
+        raise InputError(f"names is {shown(names)}, it must be a list of names of parts")
     parts: dict[str, Part] = {}
     for image in read_image_file(Path(path), ("openexr",), lambda name, _: names is None or name in names):
         pixels = np.stack(image.planes, axis=-1).astype(np.float32, copy=False)

@@ -88,7 +88,7 @@ class Textures:
         """Write an EXR file as ``lfssao render`` does, a part a layer; InputError if it cannot be written."""
         from lfssao.rendering.output import exr_parts  # late: it stands above the passes
 
-        write_exr(Path(path), exr_parts(self))
+        write_exr(path, exr_parts(self))
 
     @cached_property
     def image(self) -> FloatTexture:
@@ -122,6 +122,7 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
     check_type("caster", caster, RayCaster)
     check_type("view", view, View)
     check_type("settings", settings, Settings)
+    check_type("neighbours", neighbours, Sequence)
     computed, seconds = settings.computed, dict[str, float]()
     filter_of_colors = settings.color_filter if "color" in computed else None
     normals, rows = settings.normals if "normals" in computed else None, seen_rows(view, caster.bounds)

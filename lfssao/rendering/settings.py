@@ -13,7 +13,8 @@ from lfssao.ao import post
 from lfssao.ao.estimators.estimator import UNITS, Estimator, Value
 from lfssao.ao.estimators.registry import check_samples, check_turning, find_estimator, full_parameters
 from lfssao.ao.ssao import check_radius
-from lfssao.errors import InputError, check_choice, errors_of
+from lfssao.core.arguments import check_seed, check_whole
+from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
 from lfssao.gbuffer.caster import CASTERS, COLOR_FILTERS, NORMALS
 from lfssao.gbuffer.embree import require_embree
 from lfssao.samples.rotation import check_angles, check_rotation
@@ -110,8 +111,8 @@ class Settings:
     layers: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        if np.ndim(self.radii) != 1:
-            raise InputError(f"radii is {self.radii!r:.60}, expected a list of numbers")
+        if not isinstance(self.radii, list | tuple | np.ndarray) or np.ndim(self.radii) != 1:
+            raise InputError(f"radii is {shown(self.radii)}, expected a list of numbers")
         if len(self.radii) == 0:
             raise InputError("radii: at least one is needed; default_radii(mesh) gives five")
         for radius in self.radii:
@@ -121,18 +122,18 @@ class Settings:
         if self.caster == "embree":
             require_embree()
         estimator = find_estimator(self.estimator)
+        check_type("parameters", self.parameters, Mapping)
         object.__setattr__(self, "parameters", full_parameters(estimator, self.parameters))
+        check_samples(estimator, self.samples, self.weights)
+        object.__setattr__(self, "neighbours", check_whole("neighbours", self.neighbours, 0))
+        object.__setattr__(self, "rotation_seed", check_seed("rotation_seed", self.rotation_seed))
         if self.samples is None:
             points, weights = estimator.default_samples()
             object.__setattr__(self, "samples", points)
             object.__setattr__(self, "weights", weights)
-        else:
-            check_samples(estimator, self.samples, self.weights)
         if self.rotation is None:
             object.__setattr__(self, "rotation", "none" if self.neighbours else estimator.rotation)
         self._check_rotation(estimator)
-        if self.neighbours < 0:
-            raise InputError(f"neighbours is {self.neighbours}, it must be at least 0")
         if self.neighbours and self.estimator != "lf":
             raise InputError(f"neighbours are for estimator lf, not for {self.estimator}")
         if self.normals is None and (self._reads_normals or "normals" in (self.layers or ())):
@@ -154,9 +155,12 @@ class Settings:
             if getattr(self, name) is not None:
                 with errors_of(name):
                     check_choice("choice", getattr(self, name), choices)
-        if self.layers == ():
+        if self.layers is None:
+            return
+        check_type("layers", self.layers, tuple | list)
+        if not self.layers:
             raise InputError("layers: at least one is needed")
-        for name in self.layers or ():
+        for name in self.layers:
             with errors_of("layers"):
                 check_choice("layer", name, LAYERS)
 

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lfssao.core.affine import Matrix, determinant, invert_affine, multiply, to_4x4
+from lfssao.core.affine import Matrix, multiply, to_4x4
 from lfssao.core.files import read_text
 from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.camera import view_of_matrix
 from lfssao.optics.display import PHYSICAL_Z
 from lfssao.optics.display_file import find_display, parse_toml
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, Slits
-from lfssao.optics.view import KINDS, View, WorldToImage, finite_numbers
+from lfssao.optics.view import KINDS, View, WorldToImage, finite_numbers, inverse_of
 from lfssao.rendering.folder import load_manifest, reading_manifest
 from lfssao.rendering.manifest import MANIFEST, view_of
 
@@ -106,16 +106,7 @@ def _of_mapping(size: Size, mapping: WorldToImage) -> View:
             raise InputError(f"z_o is {z_o:g} and z_m is {z_m:g}, they must be z_o < 0 < z_m, the screen's z")
         lens = np.array([0.0, z_m, 0.0, z_o, 1 / z_m, u_0, 1 / z_o, v_0])
     width, height, guard = size
-    return View("", width, height, lens, cast, _inverse("M", cast), mapping, None, PHYSICAL_Z, guard)
-
-
-def _inverse(name: str, affine: Matrix) -> Matrix:
-    """The inverse of an affine map; InputError if it has none, or none of finite numbers."""
-    with np.errstate(all="ignore"):
-        inverse = invert_affine(affine) if determinant(affine) != 0 else np.full((3, 4), np.inf)
-    if not np.isfinite(inverse).all():
-        raise InputError(f"{name} has no inverse")
-    return inverse
+    return View("", width, height, lens, cast, inverse_of("M", cast), mapping, None, PHYSICAL_Z, guard)
 
 
 def _rigid(view: ArrayLike, layout: str) -> Matrix:
@@ -154,7 +145,6 @@ def _camera(size: Size, view: ArrayLike, projection: ArrayLike, clip: str, layou
 
 def _module(size: Size, display: str, module: int, physical_from_world: ArrayLike) -> View:
     affine = finite_numbers("physical_from_world", physical_from_world, 3, 4)
-    _inverse("physical_from_world", affine)
     width, height, guard = size
     found = find_display(str(display)).with_resolution(width - 2 * guard, height - 2 * guard)
     if not isinstance(module, int) or not 0 <= module < len(found.modules):

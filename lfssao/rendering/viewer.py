@@ -18,15 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core import pictures
-from lfssao.core.affine import Matrix, invert_affine, multiply, to_4x4
-from lfssao.errors import InputError, check_choice
+from lfssao.core.affine import Matrix, multiply, to_4x4
+from lfssao.core.arguments import MOST_TEXELS, as_number, as_numbers, as_whole, check_whole
+from lfssao.errors import InputError, check_choice, shown
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.view import View, WorldToImage
+from lfssao.optics.view import View, WorldToImage, finite_numbers, inverse_of
 from lfssao.rendering import doubts
 from lfssao.rendering.kernels import light_field as kernels
+from lfssao.rendering.views import chosen_modules
 
 BLENDS = ("nearest", "linear", "gaussian")  # in the order of the kernel's numbers
 
@@ -35,7 +37,7 @@ class LightField:
     """A display and the textures, ``channels`` channels each, that its modules show.
 
     Modules are the numbers of those that will be given textures; the others stay dark. InputError if the display has
-    one module alone, which has no angular step.
+    one module alone, which has no angular step, or none of a number.
 
     >>> display = lfssao.find_display("sample-a").with_resolution(50, 30)
     >>> field = lfssao.LightField(display, modules=[9, 10, 11])
@@ -53,7 +55,8 @@ class LightField:
         self._sizes = np.array([(m.width, m.height) for m in display.modules], np.int64)
         self._starts = np.full(len(display.modules), -1, np.int64)
         self._room, texels = {}, 0
-        for k in sorted(modules):
+        channels = check_whole("channels", channels, 1)
+        for k in sorted(chosen_modules(display, modules)):
             self._room[k] = texels
             texels += display.modules[k].width * display.modules[k].height
         self._texels = np.empty((texels, channels), np.float32)
@@ -63,15 +66,17 @@ class LightField:
 
         InputError if the module is not one of those announced, the shape is another, or a value is not finite.
         """
-        if index not in self._room:
-            raise InputError(f"module {index} is not one of {sorted(self._room)}")
+        if as_whole(index) not in self._room:
+            raise InputError(f"module {shown(index)} is not one of {sorted(self._room)}")
+        named = f"the texture of module {index}"
+        textures = tuple(as_numbers(named, texture) for texture in textures)
         width, height = self._sizes[index].tolist()
-        expected = height, width, self._texels.shape[1]
-        shape = *textures[0].shape[:2], sum(texture.shape[2] for texture in textures)
-        if shape != expected:
-            raise InputError(f"the texture of module {index} has shape {shape}, expected {expected}")
+        expected, shapes = (height, width, self._texels.shape[1]), [texture.shape for texture in textures]
+        fits = all(len(shape) == 3 and shape[:2] == expected[:2] for shape in shapes)
+        if not fits or sum(shape[2] for shape in shapes) != expected[2]:
+            raise InputError(f"{named} has shape {' and '.join(map(str, shapes))}, expected {expected}")
         if not all(np.isfinite(texture).all() for texture in textures):
-            raise InputError(f"the texture of module {index} has a value that is not finite")
+            raise InputError(f"{named} has a value that is not finite")
         start, flat = self._room[index], [texture.reshape(width * height, -1) for texture in textures]
         np.concatenate(flat, axis=1, out=self._texels[start : start + width * height])
         self._starts[index] = start
@@ -141,8 +146,7 @@ class Photograph:
 
 def picture_size(display: Display, width: int) -> tuple[int, int]:
     """Width and height, pixels, of a picture of the screen with square pixels; InputError for no positive width."""
-    if width < 1:
-        raise InputError(f"width is {width}, it must be positive")
+    width = check_whole("width", width, 1, MOST_TEXELS)
     return width, max(1, round(width * display.screen_height / display.screen_width))
 
 
@@ -161,8 +165,8 @@ def eye_point(display: Display | str | Path, eye_x: float) -> tuple[float, float
     (0.4, 0.0, -2.0)
     """
     display = find_display(display)
-    if not isfinite(eye_x):
-        raise InputError(f"eye x is {eye_x}, it must be a finite number")
+    if not isfinite(as_number(eye_x)):
+        raise InputError(f"eye x is {shown(eye_x)}, it must be a finite number")
     z = display.observer_z + _depth_on_arc(display.observer_curvature, eye_x)
     edge = _depth_on_arc(display.screen_curvature, 0.5 * display.screen_width)
     if not z < min(0.0, edge):
@@ -193,7 +197,7 @@ def eye_view(display: Display | str | Path, physical_from_world: Matrix, eye_x: 
     c_u, c_v = columns / 2 + u_scale * e_x, rows / 2 - v_scale * e_y
     a = far / (far - near)
     screen_from_eye = np.array([[f_u, 0, c_u, 0], [0, -f_v, c_v, 0], [0, 0, a, -a * near], [0, 0, 1, 0]])
-    eye_from_world = np.array(physical_from_world, np.float64)
+    eye_from_world = finite_numbers("physical_from_world", physical_from_world, 3, 4)
     eye_from_world[:, 3] -= (e_x, e_y, e_z)
     matrix = multiply(screen_from_eye, to_4x4(eye_from_world))
     return View(
@@ -202,7 +206,7 @@ def eye_view(display: Display | str | Path, physical_from_world: Matrix, eye_x: 
         height=rows,
         lens=np.array([f_u, f_v, c_u, c_v, near, far, 0.0, 0.0]),
         cast_from_world=eye_from_world,
-        world_from_cast=invert_affine(eye_from_world),
+        world_from_cast=inverse_of("physical_from_world", eye_from_world),
         world_to_image=WorldToImage(mapping.MATRIX, matrix.ravel()),
         screen_to_world=None,
         depth_kind="screen space z: 0 at the near plane, 1 at the far plane, perspective",
@@ -218,7 +222,7 @@ def eye_range(display: Display | str | Path, modules: Any = None) -> tuple[float
     [-0.932, 0.932]
     """
     display = find_display(display)
-    shining = range(len(display.modules)) if modules is None else modules
+    shining = chosen_modules(display, modules)
     ends = [_reached(display, shining, place * display.screen_width) for place in (-0.499, 0.0, 0.499)]
     for group in (ends, ends[1:2]):
         low, high = max(a for a, _ in group), min(b for _, b in group)

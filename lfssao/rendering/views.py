@@ -1,20 +1,38 @@
 """The views of a display's modules, the scene fitted into the display's region of interest."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.neighbours import nearest_modules
-from lfssao.errors import InputError
+from lfssao.core.arguments import as_whole
+from lfssao.errors import InputError, shown
 from lfssao.optics.display import Display, fit_roi
 from lfssao.optics.display_file import find_display
-from lfssao.optics.view import View, check_positions
+from lfssao.optics.view import View, box_of, check_positions
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 
 Box = NDArray[np.float64]  # (2, 3): lower and upper corner
+
+
+def chosen_modules(display: Display, modules: Iterable[int] | None) -> Sequence[int]:
+    """Numbers of modules, all for None; InputError if they are none, or not all a part of the display."""
+    count = len(display.modules)
+    if modules is None:
+        return range(count)
+    if not isinstance(modules, Iterable) or (isinstance(modules, np.ndarray) and modules.ndim != 1):
+        raise InputError(f"modules is {shown(modules)}, it must be a range or a list of numbers")
+    given: Sequence[Any] = modules if isinstance(modules, range) else list(modules)
+    ends = [given[0], given[-1]] if isinstance(given, range) and given else given
+    numbers = [number for number in map(as_whole, ends) if number is not None and 0 <= number < count]
+    if not given or len(numbers) < len(ends):
+        named = f"{modules.start}:{modules.stop}" if isinstance(modules, range) else shown(given)
+        raise InputError(f"modules {named} are not a part of 0:{count}, the modules of {display.name}")
+    return given if isinstance(given, range) else numbers
 
 
 def module_views(
@@ -36,14 +54,8 @@ def module_views(
     ['module_009', 'module_010']
     """
     mesh, display = find_scene(mesh), find_display(display)
-    count = len(display.modules)
-    wanted = range(count) if modules is None else modules
-    if np.ndim(wanted) != 1:
-        raise InputError(f"modules is {wanted!r:.60}, it must be a range or a list of numbers")
-    if len(wanted) == 0 or min(wanted) < 0 or max(wanted) >= count:
-        named = f"{wanted.start}:{wanted.stop}" if isinstance(wanted, range) else f"{list(wanted)}"
-        raise InputError(f"modules {named} are not a part of 0:{count}, the modules of {display.name}")
-    box = mesh.bounds if bounds is None else bounds
+    wanted = chosen_modules(display, modules)
+    box = mesh.bounds if bounds is None else box_of("bounds", bounds)
     physical_from_world = fit_roi(box, display.roi)
     texels = max(display.modules[index].width for index in wanted) / display.screen_width
     check_positions(box, texels * float(physical_from_world[0, 0]))
@@ -59,7 +71,7 @@ def neighbour_views(
     bounds: Box | None = None,
 ) -> list[tuple[View, ...]]:
     """Views of the ``count`` nearest modules of each module, as of ``module_views``; InputError if there are fewer."""
-    wanted = range(len(display.modules)) if modules is None else modules
+    wanted = chosen_modules(display, modules)
     if count == 0:
         return [()] * len(wanted)
     views = module_views(mesh, display, None, guard, bounds)

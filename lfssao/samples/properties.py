@@ -6,7 +6,7 @@ uniform points with a probability of at most the alarm for the whole check; in s
 """
 
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import log, pi, sqrt
@@ -16,7 +16,8 @@ import numpy as np
 from scipy import stats
 from scipy.stats import qmc
 
-from lfssao.errors import InputError, check_choice
+from lfssao.core.arguments import as_number, as_numbers, check_whole
+from lfssao.errors import InputError, check_choice, shown
 from lfssao.samples import statistics
 from lfssao.samples.sets import DIMENSIONS, FloatArray
 from lfssao.samples.square import grid
@@ -108,36 +109,54 @@ def check_promise(
     columns without exactly one point: 0, at most 0: holds
     """
     check_choice("promise", name, PROMISES)
-    many = len(points) > 0 and np.ndim(points[0]) == 2
+    many = isinstance(points, Sequence | np.ndarray) and len(points) > 0 and _dimensions(points[0]) == 2
     tables = [as_table(each, domain, bounds) for each in (points if many else [points])]
     loads = weights if many and weights is not None else [weights] * len(tables)
+    if not isinstance(loads, Sequence | np.ndarray) or len(loads) != len(tables):
+        raise InputError(f"there are {len(tables)} sets of points, and weights are {shown(weights)}")
     if domain not in PROMISES[name].domains:
         raise InputError(
             f"the promise {name} is one of the {' and '.join(PROMISES[name].domains)}, not of the {domain}"
         )
-    if not (0 <= r_min <= r_max and 0 < r_max < np.inf):
-        raise InputError(f"r_min and r_max are {r_min} and {r_max}, they must be 0 <= r_min <= r_max and above 0")
-    if not 0 < alarm < 1:
-        raise InputError(f"alarm is {alarm}, it must be a probability above 0 and below 1")
+    if not (0 <= as_number(r_min) <= as_number(r_max) and 0 < as_number(r_max) < np.inf):
+        inside = f"r_min and r_max are {shown(r_min)} and {shown(r_max)}"
+        raise InputError(f"{inside}, they must be 0 <= r_min <= r_max and above 0")
+    if not 0 < as_number(alarm) < 1:
+        raise InputError(f"alarm is {shown(alarm)}, it must be a probability above 0 and below 1")
+    if not 0 <= as_number(tolerance) < np.inf:
+        raise InputError(f"tolerance is {shown(tolerance)}, it must be a finite number of at least 0")
     sets = []
     for table, load in zip(tables, loads, strict=True):
-        if load is not None and np.shape(load) != table.shape[:1]:
-            raise InputError(f"there are {len(table)} points and weights of shape {np.shape(load)}")
-        weighs = None if load is None else np.asarray(load, np.float64)
+        weighs = None if load is None else as_numbers("weights", load).astype(np.float64)
+        if weighs is not None and weighs.shape != table.shape[:1]:
+            raise InputError(f"there are {len(table)} points and weights of shape {weighs.shape}")
+        if weighs is not None and not np.isfinite(weighs).all():
+            raise InputError("a weight is not finite")
         sets.append(Points(table, domain, weighs, r_min, r_max, tolerance, alarm))
     return PROMISES[name].check(sets[0]) if len(sets) == 1 else _of_many(name, sets)
+
+
+def _dimensions(points: Any) -> int:
+    """Number of dimensions of an array or of lists; 0 of lists that are none."""
+    try:
+        return np.ndim(points)
+    except ValueError:  # of different lengths
+        return 0
 
 
 def as_table(points: Any, domain: str, bounds: tuple[float, float] = (-1.0, 1.0)) -> FloatArray:
     """Points of a domain, (n, d) float64, moved from the bounds to -1 to 1; InputError as of ``check_promise``."""
     check_choice("domain", domain, DIMENSIONS)
-    table, (low, high) = np.asarray(points, np.float64), bounds
+    table = as_numbers("points", points).astype(np.float64, copy=False)
     if table.ndim != 2 or table.shape[1] != DIMENSIONS[domain] or len(table) == 0:
         raise InputError(f"points of the {domain} have shape {table.shape}, expected (n, {DIMENSIONS[domain]}), n >= 1")
     if not np.isfinite(table).all():
         raise InputError(f"point {int(np.argmin(np.isfinite(table).all(axis=1)))} is not finite")
+    if not isinstance(bounds, tuple | list) or len(bounds) != 2:
+        raise InputError(f"bounds is {shown(bounds)}, it must be two numbers")
+    low, high = map(as_number, bounds)
     if not -np.inf < low < high < np.inf:
-        raise InputError(f"the range is {low} to {high}, it must be from a number to a larger one")
+        raise InputError(f"the range is {bounds[0]} to {bounds[1]}, it must be from a number to a larger one")
     return table if (low, high) == (-1, 1) else (2 * table - low - high) / (high - low)
 
 
@@ -171,7 +190,8 @@ def check_sampler(
     True
     """
     engine = hasattr(function, "random")
-    chosen = range(seeds) if isinstance(seeds, int) else seeds
+    n = check_whole("n", n, 1)
+    chosen = seeds if isinstance(seeds, Iterable) else range(check_whole("seeds", seeds, 1))
     sets = [np.asarray(function.random(n) if engine else function(n, seed)) for seed in chosen]
     usual: dict[str, Any] = {"domain": "square", "bounds": (0.0, 1.0)} if engine else {"domain": "ball"}
     return check_promise(name, sets, **{**usual, **options})

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from lfssao.errors import InputError, check_choice
+from lfssao.core.arguments import as_number, check_seed, check_whole
+from lfssao.errors import InputError, check_choice, shown
 from lfssao.samples import direct, square
 from lfssao.samples.sets import DIMENSIONS, FloatArray, Method, SampleSet, Value
 
@@ -54,33 +55,23 @@ def sample_set(domain: str, method: str, n: int, seed: int = 0, **options: Value
     """
     chosen = find_method(domain, method)
     most = MOST if chosen.most is None else chosen.most
-    if not _is_whole(n) or not 1 <= n <= most:
-        limit = "at least 1" if n < 1 or chosen.most is None else f"1 to {most}, for which there are tables"
-        raise InputError(f"{method}: the number of samples is {n}, it must be a whole number of {limit}")
-    if not _is_whole(seed) or not 0 <= seed < 2**64:
-        raise InputError(f"the seed is {seed}, it must be a whole number between 0 and 2**64 - 1")
+    n = check_whole(f"{method}: the number of samples", n, 1, most)
+    seed = check_seed("the seed", seed)
     for name in options:
         check_choice(f"option of {method} on the {domain}", name, chosen.options)
     values = {**chosen.options, **options}
     _check_options(**values)
-    made = chosen.make(int(n), int(seed), **values)
+    made = chosen.make(n, seed, **values)
     if isinstance(made, SampleSet):
         return made
-    return SampleSet(made, None, domain, method, int(seed), chosen.promises)
-
-
-def _is_whole(value: Any) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+    return SampleSet(made, None, domain, method, seed, chosen.promises)
 
 
 def _check_options(r_min: Any = 0.0, r_max: Any = 1.0, turns: Any = None, centre: Any = True) -> None:
-    for name, value in (("r_min", r_min), ("r_max", r_max)):
-        if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-            raise InputError(f"{name} is {value}, it must be a number")
-    if not 0 <= r_min <= r_max < np.inf:
-        raise InputError(f"r_min and r_max are {r_min} and {r_max}, they must be 0 <= r_min <= r_max")
-    if turns is not None and (not _is_whole(turns) or not 1 <= turns <= 2**20):
-        raise InputError(f"turns is {turns}, it must be a whole number of at least 1")
+    if not 0 <= as_number(r_min) <= as_number(r_max) < np.inf:
+        raise InputError(f"r_min and r_max are {shown(r_min)} and {shown(r_max)}, they must be 0 <= r_min <= r_max")
+    if turns is not None:
+        check_whole("turns", turns, 1, 2**20)
     if not isinstance(centre, bool):
         raise InputError(f"centre is {centre}, it must be True or False")
 

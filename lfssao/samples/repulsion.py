@@ -1,8 +1,7 @@
 """Point sets in the ball and the disk by repulsion (VO section 4.5), from the tables of ``benchmarks/tools``."""
 
-import numpy as np
-
-from lfssao.errors import InputError, check_choice
+from lfssao.core.arguments import check_whole
+from lfssao.errors import InputError, check_choice, shown
 from lfssao.samples.sets import SampleSet, read_table
 
 MOST = 64
@@ -21,8 +20,9 @@ def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSe
     (12, 3)
     """
     check_choice("domain of repulsion", domain, ("ball", "disk"))
-    if not isinstance(n, int | np.integer) or not 1 <= n <= MOST:
-        raise InputError(f"repulsion has tables of 1 to {MOST} points, not of {n}")
+    n = check_whole("number of points", n, 1, MOST)
+    if not (centre is None or isinstance(centre, bool)):
+        raise InputError(f"centre is {shown(centre)}, it must be True, False or None")
     if domain == "ball" and centre is not None:
         raise InputError("centre: only the disk has sets with and without a point in the centre")
     table = read_table("ball" if domain == "ball" else "disk" if centre is False else "disk-centre")

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.core.arguments import MOST_TEXELS, check_seed, check_unmasked, check_whole
 from lfssao.core.elementary import PI
-from lfssao.errors import InputError, check_choice
+from lfssao.errors import InputError, check_choice, shown
 from lfssao.samples.kernels import spiral
 from lfssao.samples.kernels.square import R2
 from lfssao.samples.sets import FloatArray, fill, read_table
@@ -123,8 +124,7 @@ ROTATIONS = {
 def check_rotation(name: str, seed: int) -> None:
     """Refuse, by an InputError, a name that no rotation has, and a seed out of range."""
     check_choice("rotation", name, ROTATIONS)
-    if not 0 <= seed < 2**64:
-        raise InputError(f"rotation_seed is {seed}, it must be 0 to 2**64 - 1")
+    check_seed("rotation_seed", seed)
 
 
 def texel_angles(name: str, height: int, width: int, seed: int = 0) -> FloatArray:
@@ -137,12 +137,11 @@ def texel_angles(name: str, height: int, width: int, seed: int = 0) -> FloatArra
     (4, 4)
     """
     check_rotation(name, seed)
-    if height < 1 or width < 1:
-        raise InputError(f"the texture has {width} x {height} texels, it must have at least one each way")
-    return ROTATIONS[name].angles(height, width, seed)
+    size = check_whole("height", height, 1, MOST_TEXELS), check_whole("width", width, 1, MOST_TEXELS)
+    return ROTATIONS[name].angles(*size, seed)
 
 
-@lru_cache(maxsize=2)  # modules of one display have one size
+@lru_cache(maxsize=2, typed=True)  # modules of one display have one size; no answer of seed 1 for True
 def texel_turns(name: str, height: int, width: int, seed: int, dtype: np.dtype[Any]) -> NDArray[np.floating[Any]]:
     """Return cosine and sine of ``texel_angles``, (2, height, width), each rounded once to the dtype; not to write to.
 
@@ -154,13 +153,23 @@ def texel_turns(name: str, height: int, width: int, seed: int, dtype: np.dtype[A
     >>> turns.shape, turns[:, 0, 0].tolist()
     ((2, 480, 640), [1.0, 0.0])
     """
-    turns = np.empty((2, height, width), dtype)
-    spiral.turns_of(texel_angles(name, height, width, seed), turns)
+    angles = texel_angles(name, height, width, seed)
+    turns = np.empty((2, *angles.shape), _arithmetic(dtype))
+    spiral.turns_of(angles, turns)
     return turns
+
+
+def _arithmetic(dtype: Any) -> np.dtype[Any]:
+    """float32 or float64; InputError for all else."""
+    if dtype is None or dtype not in (np.dtype(np.float32), np.dtype(np.float64)):  # to NumPy None is float64
+        raise InputError(f"dtype is {shown(dtype)}, it must be float32 or float64")
+    kind: np.dtype[Any] = np.dtype(dtype)
+    return kind
 
 
 def check_angles(radians: Any) -> None:
     """Refuse, by an InputError, all but an array (H, W) of float32 or float64, from -2**32 to 2**32."""
+    check_unmasked("rotation", radians)
     if not isinstance(radians, np.ndarray) or radians.dtype not in (np.float32, np.float64) or radians.ndim != 2:
         kind = f"{radians.dtype} {radians.shape}" if isinstance(radians, np.ndarray) else type(radians).__name__
         raise InputError(f"rotation: angles are {kind}, expected radians (H, W) of float32 or float64")
@@ -179,7 +188,7 @@ def angle_turns(radians: NDArray[np.floating[Any]], dtype: np.dtype[Any]) -> NDA
     [[[1.0, 0.878]], [[0.0, 0.479]]]
     """
     check_angles(radians)
-    angles, turns = radians.astype(np.float64, order="C"), np.empty((2, *radians.shape), dtype)
+    angles, turns = radians.astype(np.float64, order="C"), np.empty((2, *radians.shape), _arithmetic(dtype))
     whole = np.floor(angles / (2.0 * PI) + 0.5)  # turns, which are taken off in three parts, the first two exactly
     for part in _TURN:
         angles -= whole * part

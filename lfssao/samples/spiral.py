@@ -10,7 +10,7 @@ from math import gcd, sqrt
 
 import numpy as np
 
-from lfssao.errors import InputError
+from lfssao.core.arguments import check_whole
 
 # For s = 1, 2, ..., 99.
 BEST_TURNS = (
@@ -31,8 +31,7 @@ def best_turns(s: int) -> int:
     >>> lfssao.samples.best_turns(9)
     2
     """
-    if s < 1:
-        raise InputError(f"the number of taps is {s}, it must be at least 1")
+    s = check_whole("the number of taps", s, 1)
     if s <= len(BEST_TURNS):
         return BEST_TURNS[s - 1]
     golden = round(s * 0.3819660112501051)
@@ -44,11 +43,12 @@ def spiral_discrepancy(s: int, tau: int) -> float:
 
     Over radii a in [0, 1], arcs of every start and length in [0, 1] turns: the square is
     1/9 - 2/s sum_i (1 - alpha_i^2) / 6 + 1/s^2 sum_ij (1 - max(alpha_i, alpha_j)) (1/2 - d (1 - d)), d the turns
-    between taps i and j.
+    between taps i and j. InputError if s is not 1 or more, or tau no whole number.
 
     >>> round(lfssao.samples.spiral_discrepancy(9, 7), 3)
     0.06
     """
+    s, tau = check_whole("the number of taps", s, 1), check_whole("the number of turns", tau, 0)
     # Summed up, in whole numbers: the square is (9 P - 4 s^5 - s^3) / (36 s^5), P / (4 s^5) its last term.
     i = np.arange(s)
     further, gap = np.maximum.outer(i, i), np.subtract.outer(i, i) * tau % s

@@ -18,7 +18,7 @@ from lfssao.core.affine import cofactors, transform_points
 from lfssao.core.files import check_file
 from lfssao.core.memory import check_expansion
 from lfssao.core.srgb import to_linear
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_type
 from lfssao.scene.assets import Assets, bytes_of, reason_of
 from lfssao.scene.formats import CHECKS, readable
 from lfssao.scene.gltf import check_gltf
@@ -47,8 +47,11 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     >>> len(lfssao.load_scene("box.off").faces)
     12
     """
+    check_type("path", path, str | Path)
     path = Path(path)
     check_file(path)
+    if texture is not None:
+        check_type("texture", texture, str | Path)
     image = None if texture is None else _read_image(Path(texture))
     assets = Assets(path)
     geometries = _read(path, assets)

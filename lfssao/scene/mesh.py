@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.errors import InputError
+from lfssao.core.arguments import as_numbers, check_whole
+from lfssao.errors import InputError, check_type, shown
 
 FloatArray = NDArray[np.float64]
 
@@ -47,12 +48,13 @@ class Paint:
 
     @classmethod
     def from_vertex_colors(cls, colors: NDArray[np.float32], face_count: int) -> "Paint":
-        """Return paint of one material with linear RGB at the vertices, (V, 3) float32."""
+        """Return paint of one material with linear RGB at the vertices, (V, 3) float32; InputError if they are none."""
+        check_whole("face_count", face_count, 1)
         return cls(
             factors=np.ones((1, 3), np.float32),
             face_material=np.zeros(face_count, np.int32),
             textures=(None,),
-            vertex_colors=np.ascontiguousarray(colors, np.float32),
+            vertex_colors=np.ascontiguousarray(as_numbers("colors", colors), np.float32),
         )
 
 
@@ -61,7 +63,8 @@ class Mesh:
     """Triangles in world space.
 
     InputError if vertices are not (V, 3), not finite, beyond ``LARGEST`` or none; if a face names a vertex that does
-    not exist; if no face with an area is left; if the whole mesh is smaller than ``SMALLEST``.
+    not exist; if no face with an area is left; if the whole mesh is smaller than ``SMALLEST``; if normals or paint do
+    not fit; if an array is masked.
 
     Attributes
     ----------
@@ -95,11 +98,16 @@ class Mesh:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        vertices = np.ascontiguousarray(self.vertices, np.float64)
-        faces = np.asarray(self.faces)
+        vertices = np.ascontiguousarray(as_numbers(f"{self.name}: vertices", self.vertices), np.float64)
+        faces = as_numbers(f"{self.name}: faces", self.faces)
         _check(self.name, vertices, faces)
-        if self.normals is not None and self.normals.shape != vertices.shape:
-            raise InputError(f"{self.name}: normals have shape {self.normals.shape}, expected {vertices.shape}")
+        if self.normals is not None:
+            normals = as_numbers(f"{self.name}: normals", self.normals).astype(np.float64, copy=False)
+            if normals.shape != vertices.shape:
+                raise InputError(f"{self.name}: normals have shape {normals.shape}, expected {vertices.shape}")
+            object.__setattr__(self, "normals", normals)
+        if self.paint is not None:
+            _check_paint(self.name, self.paint, len(vertices), faces)
         keep = _has_area(vertices, faces)
         if not keep.any():
             raise InputError(f"{self.name}: the mesh has no face with an area")
@@ -131,7 +139,7 @@ def used_bounds(vertices: FloatArray, faces: NDArray[np.integer[Any]]) -> FloatA
 def _check(name: str, vertices: FloatArray, faces: NDArray[np.int32]) -> None:
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise InputError(f"{name}: vertices have shape {vertices.shape}, expected (V, 3)")
-    if len(faces) == 0:
+    if faces.shape[:1] == (0,):
         raise InputError(f"{name}: the mesh has no faces")
     if faces.ndim != 2 or faces.shape[1] != 3 or not np.issubdtype(faces.dtype, np.integer):
         raise InputError(f"{name}: faces have shape {faces.shape} of {faces.dtype}, expected (F, 3) integers")
@@ -145,6 +153,40 @@ def _check(name: str, vertices: FloatArray, faces: NDArray[np.int32]) -> None:
         if not good.all():
             number = int(np.argmin(good.all(axis=1)))
             raise InputError(f"{name}: vertex {number} is {fault}: {vertices[number].tolist()}")
+
+
+def _check_paint(name: str, paint: Paint, vertices: int, faces: NDArray[np.integer[Any]]) -> None:
+    """Refuse paint whose arrays do not fit the mesh or each other: kernels read them unchecked."""
+    check_type(f"{name}: paint", paint, Paint)
+    check_type(f"{name}: textures", paint.textures, tuple | list)
+    materials = len(paint.textures)
+    shapes = {
+        "factors": (materials, 3),
+        "face_material": (len(faces),),
+        "uv": (vertices, 2),
+        "vertex_colors": (vertices, 3),
+    }
+    for field, shape in shapes.items():
+        value = getattr(paint, field)
+        if value is None and field in ("uv", "vertex_colors"):
+            continue
+        check_type(f"{name}: {field}", value, np.ndarray)
+        numbers = as_numbers(f"{name}: {field}", value)
+        if numbers.shape != shape:
+            raise InputError(f"{name}: {field} has shape {numbers.shape}, expected {shape}")
+    named = paint.face_material
+    if not np.issubdtype(named.dtype, np.integer) or named.min() < 0 or named.max() >= materials:
+        raise InputError(f"{name}: face_material is {shown(named)}, it must be whole numbers below {materials}")
+    for number, texture in enumerate(paint.textures):
+        if texture is None:
+            continue
+        check_type(f"{name}: texture {number}", texture, np.ndarray)
+        shape = as_numbers(f"{name}: texture {number}", texture).shape
+        if len(shape) != 3 or shape[2] != 3 or 0 in shape or paint.uv is None:
+            raise InputError(f"{name}: texture {number} has shape {shape}, expected (h, w, 3), and uv with it")
+    painted = faces[np.array([texture is not None for texture in paint.textures])[named]]
+    if paint.uv is not None and not np.isfinite(paint.uv[painted]).all():
+        raise InputError(f"{name}: a texture coordinate is not finite")
 
 
 def _has_area(vertices: FloatArray, faces: NDArray[np.int32]) -> NDArray[np.bool_]:

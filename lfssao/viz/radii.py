@@ -9,13 +9,15 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from lfssao.ao.post import merge
 from lfssao.errors import InputError
 from lfssao.rendering.passes import Textures
 from lfssao.viz.panels import draw_texture, draw_visibility, texture_panels
 
 
 def deciding_radius(layers: Sequence[NDArray[np.floating[Any]]]) -> NDArray[np.int64]:
-    """The first layer that gives each texel its maximum, (H, W) int64; -1 where all are 0."""
+    """The first layer that gives each texel its maximum, (H, W) int64; -1 where all are 0; InputError as ``merge``."""
+    merge(layers)
     stack = np.stack(layers)
     return np.where(stack.max(axis=0) > 0, stack.argmax(axis=0), -1)
 

@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from lfssao.errors import InputError
+from lfssao.core.arguments import check_whole
+from lfssao.errors import InputError, shown
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.view import View
 from lfssao.verify.bounds.explain import Sample, explain
@@ -28,15 +29,21 @@ def trace_texel(
 ) -> list[Sample]:
     """Return the samples of a texel, (column, row), with their image points and the depths there.
 
-    InputError if the texel shows no surface.
+    InputError if the texel is not of the view, or shows no surface, or samples or radius are none.
     """
+    if not isinstance(texel, tuple | list) or len(texel) != 2:
+        raise InputError(f"texel is {shown(texel)}, it must be a column and a row")
+    column = check_whole("texel: its column", texel[0], 0, view.width - 1)
+    texel = column, check_whole("texel: its row", texel[1], 0, view.height - 1)
     if not np.isfinite(gbuffer.depth[texel[1], texel[0]]):
         raise InputError(f"texel {texel} shows no surface")
     return explain(texel, gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius)
 
 
 def occluded_fraction(samples: Sequence[Sample]) -> float:
-    """Fraction of a texel's samples that are occluded: Algorithm 2's ambient occlusion, but for rounding."""
+    """Fraction of a texel's samples, at least one, that are occluded: Algorithm 2's occlusion, but for rounding."""
+    if len(samples) == 0:
+        raise InputError("there are no samples")
     return sum(s.outcome == "occluded" for s in samples) / len(samples)
 
 

@@ -8,6 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from lfssao.ao.textures import check_texture
+from lfssao.errors import InputError
 from lfssao.viz.panels import draw_texture, draw_visibility, texture_panels
 
 Texture = NDArray[np.floating[Any]]
@@ -28,7 +30,15 @@ def half_space(occlusion: Texture) -> Texture:
 
 
 def deviation(occlusion: Texture, truth: Texture, surface: NDArray[np.bool_]) -> Deviation:
-    """Return the difference of occlusion from the truth, (H, W) of the half space each, over the surface texels."""
+    """Return the difference of occlusion from the truth, (H, W) of the half space each, over the surface texels.
+
+    InputError if shapes differ, a number is NaN, an array is masked, or no texel has a surface.
+    """
+    for name, texture in (("occlusion", occlusion), ("truth", truth)):
+        check_texture(name, texture, 2)
+    shapes = occlusion.shape, truth.shape, np.shape(surface)
+    if len(set(shapes)) > 1 or surface.dtype != np.bool_ or not surface.any():
+        raise InputError(f"occlusion, truth and surface have shapes {shapes}, expected one, and a texel with a surface")
     mine, exact = occlusion[surface].astype(np.float64), truth[surface].astype(np.float64)
     error = mine - exact
     a, b = mine - mine.mean(), exact - exact.mean()

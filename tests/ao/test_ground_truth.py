@@ -181,7 +181,7 @@ def test_extremes(through):
     empty = scenes.buffers("step", sight, np.float32, np.ones((3, 4), bool))
     seen = scenes.buffers("step", sight, np.float32)
     wild = seen.normals.copy()
-    wild[0, 0], wild[1, 1, 0] = np.nan, np.inf
+    wild[0, 0], wild[1, 1, 0] = -np.inf, np.inf
     small = (1e-30, 1e-6) if through == "tree" else ()  # rays would begin too near for Embree
     for buffers in (empty, seen, replace(seen, normals=0 * seen.normals), replace(seen, normals=wild)):
         for radius in (0.0, *small, 0.1, 1e6, 1e30, 1e300):

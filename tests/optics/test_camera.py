@@ -60,7 +60,7 @@ def test_impossible_cameras_are_refused():
     good |= {"near": 1.0, "far": 9.0}
     for wrong, words in (
         ({"projection": "fisheye"}, "there is no camera 'fisheye'"),
-        ({"eye": (0, math.nan, 5)}, "not finite"),
+        ({"eye": (0, math.nan, 5)}, "camera: eye is .*, it must be 3 finite numbers"),
         ({"extent": 0.0}, "extent is 0.0"),
         ({"near": 9.0}, "near and far are 9.0 and 9.0"),
         ({"up": (0, 0, 1)}, "above or below it along up"),

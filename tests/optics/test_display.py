@@ -258,14 +258,15 @@ REFUSED = {  # by key: changes of the display, and of its module
         *({"diffuser": "conical", f"{w}_curvature": 0.1} for w in ("screen", "observer")),
     ],
     "modules": [{"modules": ()}],
-    "modules[0]": [{"x": math.nan}, {"k1": math.nan}, {"yaw": 120.0, "field_of_view": 40.0}],  # the last looks away
+    "modules[0]": [{"yaw": 120.0, "field_of_view": 40.0}],  # it looks away
+    "modules[0].x": [{"x": math.nan}, {"x": math.inf}],
     "modules[0].z": [{"z": 0.0}, {"z": 0.2, "x": 0.45, "screen_curvature": 1.9}],  # before a convex screen's side
     "modules[1].z": [{"modules": (M, replace(M, z=-0.5))}],
     "modules[0].resolution": [{"height": 0}],
     "modules[0].field_of_view": [{"field_of_view": 180.0}],
     "modules[0].yaw": [{"roll": 1.0}],
     "modules[0].homography": [{"homography": (1.0,) * 9}, {"homography": (1.0,) * 9, "field_of_view": 9.0}],
-    "modules[0].k1": [{"k1": -0.2}, {"k1": -0.0949}],  # the last folds at the corner
+    "modules[0].k1": [{"k1": math.nan}, {"k1": -0.2}, {"k1": -0.0949}],  # the last folds at the corner
     "roi": [
         {"roi": ((-0.1, -0.1, 0.1), (0.1, 0.1, 0.1))},
         {"roi": ((-1.9, -0.1, -1.0), (1.9, 0.1, 0.1)), "observer_curvature": 0.5},  # beyond the arc

@@ -39,7 +39,7 @@ WRONG = {
     "world_to_image is of type ndarray": lambda: lfssao.algorithm2(
         *TEXTURES, np.ones((1, 3)), VIEW.world_to_image, 1.0
     ),
-    r"radius is \[": lambda: lfssao.algorithm2(*TEXTURES, MAPPING, 1.0, np.ones((1, 3))),
+    r"radius is array\(": lambda: lfssao.algorithm2(*TEXTURES, MAPPING, 1.0, np.ones((1, 3))),
     "no embedded scene of that name": lambda: lfssao.render("stature", "sample-a"),
     r"modules \[3, 21\]": lambda: lfssao.render("statue", "sample-a", modules=[3, 21]),
 }

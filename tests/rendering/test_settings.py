@@ -33,7 +33,7 @@ def test_default_radii_are_fractions_of_the_diagonal(statue):
     ({"estimator": "best"}, "no estimator 'best'"),
     ({"parameters": {"x": 1}}, "estimator lf has no parameter 'x'"),
     ({"samples": np.zeros((4, 2))}, r"samples have shape \(4, 2\)"),
-    ({"neighbours": -1}, "neighbours is -1, it must be at least 0"),
+    ({"neighbours": -1}, "neighbours is -1, it must be a whole number of at least 0"),
     ({"neighbours": 1, "estimator": "sao"}, "neighbours are for estimator lf, not for sao"),
     ({"units": "feet"}, "units: there is no choice 'feet': choose one of radii, world"),
     ({"layers": ()}, "layers: at least one"),

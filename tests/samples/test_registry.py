@@ -188,7 +188,7 @@ def test_shells_of_tables_keep_volumes():
     (("bal", "latin", 8), {}, "did you mean 'ball'"),
     (("square", "rejection", 8), {}, "choose one of random"),
     (("square", "spiral", 8), {}, "of the square"),
-    (("ball", "latin", 0), {}, "at least 1"),
+    (("ball", "latin", 0), {}, "a whole number from 1 to"),
     (("ball", "latin", 2.0), {}, "whole number"),
     (("ball", "latin", True), {}, "whole number"),
     (("ball", "latin", 8, -1), {}, "seed"),
@@ -199,7 +199,7 @@ def test_shells_of_tables_keep_volumes():
     (("ball", "latin", 8), {"r_max": math.nan}, "r_min <= r_max"),
     (("ball", "latin", 8), {"r_min": math.nan}, "r_min <= r_max"),
     (("ball", "latin", 8), {"r_max": math.inf}, "r_min <= r_max"),
-    (("ball", "latin", 8), {"r_max": "1"}, "must be a number"),
+    (("ball", "latin", 8), {"r_max": "1"}, "r_min and r_max are 0.0 and '1'"),
     (("disk", "spiral", 8), {"turns": 0}, "turns"),
     (("disk", "repulsion", 8), {"centre": 1}, "centre"),
 ])  # fmt: skip

@@ -34,7 +34,7 @@ def test_the_blue_noise_tile_is_the_references():
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    (("hsh", 4, 4), "did you mean 'hash'"), (("none", 0, 4), "at least one"), (("none", 4, -1), "at least one"),
+    (("hsh", 4, 4), "did you mean 'hash'"), (("none", 0, 4), "height is 0"), (("none", 4, -1), "width is -1"),
 ])  # fmt: skip
 def test_what_is_refused(arguments, words):
     with pytest.raises(InputError, match=words):

@@ -98,8 +98,8 @@ class Estimator:
 
         They stay as they are where that is 0. Raises InputError for another unit.
         """
-        if units not in UNITS:
-            raise InputError(f"units is '{units}': choose one of {', '.join(UNITS)}")
+        if not isinstance(units, str) or units not in UNITS:
+            raise InputError(f"units is '{units!s:.40}': choose one of {', '.join(UNITS)}")
         made = {**self.parameters, **parameters}
         for name, power in self.said("power").items() if units == "world" else ():
             made[name] = float(made[name]) / (radius**power or 1.0)

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.ssao import Occlusion, run_kernel, scaled_offsets
-from lfssao.ao.textures import Texture
-from lfssao.errors import InputError
+from lfssao.ao.textures import Texture, check_texture
+from lfssao.errors import InputError, check_type, shown
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.view import View, WorldToImage, seen_rows
@@ -60,6 +60,11 @@ def algorithm2_with_neighbours(
     """
     from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction  # late: the default does not need it
 
+    for number, neighbour in enumerate(neighbours):
+        if not isinstance(neighbour, tuple | list) or len(neighbour) != 2:
+            raise InputError(f"neighbour {number} is {shown(neighbour)}, it must be a mapping and a depth texture")
+        check_type(f"mapping of neighbour {number}", neighbour[0], WorldToImage)
+        check_texture(f"depth of neighbour {number}", neighbour[1], 2)
     views = [(world_to_image, depth), *neighbours]
     numbers = np.zeros((len(views), 44), depth.dtype)  # as many as kind DISPLAY has
     for row, (mapping, _) in zip(numbers, views, strict=True):

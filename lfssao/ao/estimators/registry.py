@@ -11,6 +11,7 @@ import numpy as np
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.ao.ssao import Occlusion, check_radius
 from lfssao.ao.textures import Buffers
+from lfssao.core.arguments import as_numbers
 from lfssao.errors import InputError, check_choice, check_type
 
 # A family is a file of this folder. It is imported when one of its estimators is asked for: the default needs one.
@@ -112,10 +113,9 @@ def estimate_radii(
         raise InputError(f"estimator {name} reads normals, and there is no normals texture")
     if buffers.turns is not None:
         check_turning(estimator)
+    check_samples(estimator, points, weights)
     if points is None:
         points, weights = estimator.default_samples()
-    else:
-        check_samples(estimator, points, weights)
     if estimator.run_radii is not None and len(set(options)) == 1 < len(radii):
         return estimator.run_radii(buffers, radii, points, weights, options[0])
     return [estimator.run(buffers, r, points, weights, own) for r, own in zip(radii, options, strict=True)]
@@ -160,13 +160,23 @@ def _checked(estimator: Estimator, name: str, value: Any) -> Value:
 
 
 def check_samples(estimator: Estimator, points: Any, weights: Any) -> None:
-    """Refuse samples and weights, by an InputError, whose shapes are wrong or of which a number is not finite."""
-    shape, d = np.shape(points), estimator.dimensions
+    """Refuse samples and weights, by an InputError, that are none; None stands for the estimator's own."""
+    own, d = f"estimator {estimator.name}", estimator.dimensions
+    if points is None:
+        if weights is not None:
+            raise InputError(f"{own}: weights are given, and no samples that they are of")
+        return
     if d == 0:
-        raise InputError(f"estimator {estimator.name} takes no samples")
-    if len(shape) != 2 or shape[1] != d or shape[0] == 0:
-        raise InputError(f"estimator {estimator.name}: samples have shape {shape}, expected (n, {d}) with n at least 1")
-    if not np.isfinite(points).all():
-        raise InputError(f"estimator {estimator.name}: a sample is not finite")
-    if weights is not None and (np.shape(weights) != shape[:1] or not np.isfinite(weights).all()):
-        raise InputError(f"estimator {estimator.name}: weights must be {shape[0]} finite numbers")
+        raise InputError(f"{own} takes no samples")
+    table = as_numbers(f"{own}: samples", points)
+    if table.ndim != 2 or table.shape[1] != d or len(table) == 0:
+        raise InputError(f"{own}: samples have shape {table.shape}, expected (n, {d}) with n at least 1")
+    if not np.isfinite(table).all():
+        raise InputError(f"{own}: a sample is not finite")
+    if weights is None:
+        return
+    weighs = as_numbers(f"{own}: weights", weights)
+    if weighs.shape != table.shape[:1] or not np.isfinite(weighs).all():
+        raise InputError(f"{own}: weights must be {len(table)} finite numbers")
+    if (weighs < 0).any() or not weighs.any():
+        raise InputError(f"{own}: weights must be positive or 0, and not all 0")

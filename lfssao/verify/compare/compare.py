@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from lfssao.core.arguments import as_number
 from lfssao.core.memory import check_available
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_type, shown
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import BOUNDED
 from lfssao.verify.case import VIEW, Array, Arrays, Case
@@ -94,11 +95,29 @@ def compare(
     >>> lfssao.compare("mine.npy", "reference.npy").exit_code
     2
     """
-    chosen = cases, Tolerance(fail, fail_percent), mesh, diagnosis, page, stored, files, background
+    for name, value in (("mine", mine), ("reference", reference), ("mesh", mesh)):
+        check_type(name, value, str | Path | None if name == "mesh" else str | Path)
+    for name, words in (("layers", layers), ("cases", cases)):
+        _check_words(name, () if words is None else words)
+    for name, pairs in (("rules", rules), ("stored", stored)):
+        check_type(name, {} if pairs is None else pairs, Mapping)
+        _check_words(name, () if pairs is None else (*pairs, *pairs.values()))
+    if not isinstance(files, str):
+        _check_words("files", (*files, *files.values()) if isinstance(files, Mapping) else files)
+    tolerance = Tolerance(as_number(fail), as_number(fail_percent))
+    if background is not None and np.isnan(as_number(background)):
+        raise InputError("background is NaN, it must be a number")
+    chosen = cases, tolerance, mesh, diagnosis, page, stored, files, background
     comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, *chosen)
     for module in comparison.modules:
         comparison.add(module)
     return comparison.report()
+
+
+def _check_words(argument: str, words: object) -> None:
+    """Refuse all but a sequence of texts: a text itself would be taken letter by letter."""
+    if isinstance(words, str) or not isinstance(words, Sequence) or not all(isinstance(word, str) for word in words):
+        raise InputError(f"{argument} is {shown(words)}, it must be a list of texts")
 
 
 class Comparison:

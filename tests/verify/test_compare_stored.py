@@ -192,7 +192,7 @@ def right_view(name):
 
 
 def stored_by(ar, made, kind, visibility=False):
-    """What is read of renderers' textures, and what the next ones are made of: that, registers, or some of each."""
+    """Textures as they are read, and as the next ones are made of them: read, of registers, or some of each."""
     if kind == "float":
         return made, made
     codes = encode(ar.subtract(1, made) if visibility else made, kind)

@@ -226,7 +226,7 @@ def test_bounds_are_narrow_and_tell_what_is_wrong(name, seen):
 
 
 def test_angles_added_in_float32_are_told_from_exact_ones():
-    """At 400 x 300 texels float32 holds the common hash to 1/8 radian."""
+    """At 400 x 300 texels float32 holds the common hash to 1/8 radian, so that sums are off by up to 1/16."""
     mesh = builtin_scene("statue")
     view = Camera.looking_at(mesh.bounds).view(400, 300)
     shown = Buffers.of(RayCaster(mesh, view.cast_from_world).gbuffer(view, None), view).turned("common-hash")
@@ -235,4 +235,4 @@ def test_angles_added_in_float32_are_told_from_exact_ones():
         found = point_bounds("sao", shown, 0.2, None, None, options)
         assert not found.outside(estimate("sao", shown, 0.2, **options).texture).any()
         made = estimate("sao", shown, 0.2, **{**options, "angle_sum": other}).texture
-        assert found.outside(made)[(shown.depth < np.inf) & (made > 0)].mean() > 0.1
+        assert found.outside(made)[(shown.depth < np.inf) & (made > 0)].mean() > 0.03

@@ -58,8 +58,8 @@ class Stored:
     def either(self, bounds: Bounds, model: ErrorModel, read: Texture | None = None) -> Bounds:
         """Bounds of values before or after storing: of all within bounds, or of those alone of which ``read`` was read.
 
-        Where nothing within bounds is stored as what is read, values are wrong before they are stored: all that are
-        stored so count, and none beyond the format's range.
+        Values are wrong before they are stored if none within bounds is stored as what is read. Then all that are
+        stored so count, but none beyond the format's range.
         """
         lower, upper = bounds.lower, bounds.upper
         if read is None:

@@ -1,8 +1,8 @@
 """Bounds of the textures of a view, each made of what the renderer itself made before it.
 
 Bounds of depth and colour come from the mesh. Without it the reference's textures stand in for it, and
-``depth.stray_limit`` texels may leave these bounds. Of a texture that is ``stored`` in a format, the next pass may be
-made before or after storing. The blur with a guard band, which merged lacks, is bounded from depth on.
+``depth.stray_limit`` texels may leave these bounds. The next pass may be made of a texture before or after it is
+``stored`` in a format. The blur with a guard band, which merged lacks, is bounded from depth on.
 """
 
 from collections.abc import Mapping

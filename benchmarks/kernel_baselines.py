@@ -68,7 +68,7 @@ def _alchemy(a: Sequence[Any]) -> list[Any]:
 
 
 def _sampling(a: Sequence[Any]) -> list[Any]:
-    surface, hierarchy, taps, _, rays, falloff, visibility, _ = a
+    surface, hierarchy, taps, _, _, rays, falloff, visibility, _ = a
     scalars = [*falloff[:6], rays.origin, *falloff[6:]]
     return [
         *_size(surface.z), surface.z, hierarchy.z, hierarchy.first, len(hierarchy.first), *surface[1:], taps, len(taps),
@@ -109,7 +109,7 @@ BASELINES = (
              lambda a: [*_size(a[0]), a[0], a[1].numbers, a[1].world, a[2]], (2,)),
     Baseline(ESTIMATORS + "sao.estimator.face_normals", "face normals", "face_normals",
              lambda a: [*_size(a[0]), a[0], a[1], a[2].numbers, a[2].world, a[3]], (3,)),
-    Baseline(ESTIMATORS + "sao.estimator.scalable.scalable_visibility", "SAO taps", "sampling", _sampling, (6,)),
+    Baseline(ESTIMATORS + "sao.estimator.scalable.scalable_visibility", "SAO taps", "sampling", _sampling, (7,)),
     Baseline(ESTIMATORS + "sao.estimator.average_quads", "2x2 average", "quads", lambda a: [*_size(a[0]), *a], (3,)),
     Baseline(ESTIMATORS + "sao.estimator.passes.through_bytes", "packing", "through_bytes",
              lambda a: [*_size(a[0]), *a], (2, 3)),

@@ -24,7 +24,7 @@ def decode_table() -> NDArray[np.float32]:
 
 
 @functools.cache
-def _code_edges() -> NDArray[np.float64]:
+def code_edges() -> NDArray[np.float64]:
     """Linear values halfway, in sRGB, between neighbouring codes, (255,) float64."""
     return np.array([_decode(code + Decimal("0.5")) for code in range(255)])
 
@@ -36,4 +36,4 @@ def to_linear(codes: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 def to_codes(linear: NDArray[np.floating[Any]]) -> NDArray[np.uint8]:
     """Nearest 8-bit sRGB codes of linear light of any shape; values outside 0 to 1 are clamped."""
-    return np.searchsorted(_code_edges(), linear, side="right").astype(np.uint8)
+    return np.searchsorted(code_edges(), linear, side="right").astype(np.uint8)

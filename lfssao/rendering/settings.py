@@ -148,6 +148,9 @@ class Settings:
             check_turning(estimator)
             if self.neighbours:
                 raise InputError("rotation: with neighbours samples do not turn")
+        common = isinstance(self.rotation, str) and self.rotation == "common-hash"
+        if self.parameters.get("angle_sum") == "float32" and not common:
+            raise InputError("angle_sum is float32, which is of the rotation 'common-hash' alone")
 
     def _check_names(self) -> None:
         named = ("color_filter", COLOR_FILTERS), ("normals", NORMALS), ("caster", CASTERS), ("units", UNITS)

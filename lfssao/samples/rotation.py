@@ -25,9 +25,6 @@ LARGEST_ANGLE = 2.0**32  # radians
 # 1 / (2 pi) in units of 2**-64 and the next 64 bits of it, the latter in two halves.
 _INVERSE_TURN = 0x28BE60DB9391054A, 0x7F09D5F4, 0x7D4D3770
 
-# 2 pi in three parts: the first two have 23 bits, so that products with whole numbers below 2**30 are exact.
-_TURN = 6.2831850051879883, 3.0199157663446385e-07, 2.1561211432632476e-14
-
 
 @dataclass(frozen=True)
 class Rotation:
@@ -41,14 +38,31 @@ class Rotation:
     tile: int | None  # texels a side after which it repeats; None where it does not
 
 
-def hash_angles(x: NDArray[np.int64], y: NDArray[np.int64], common: bool) -> FloatArray:
-    """Angles by which SAO's spiral is turned at texels (x, y), half-turns in [0, 2): equation 8 as C reads it.
+def hash_radians(x: NDArray[np.int64], y: NDArray[np.int64], common: bool) -> NDArray[np.int32]:
+    """Radians by which SAO's spiral is turned at texels (x, y), whole numbers: equation 8 as C reads it.
 
-    The hash (30 x) ^ (y + 10 x y) is a number of radians; in ``common`` renderers it is 10 ((3 x) ^ (y + x y)). It
-    wraps to 32 bits, signed, as a shader's int does; textures of up to 14,000 texels a side stay below that.
+    The hash is (30 x) ^ (y + 10 x y); in ``common`` renderers it is 10 ((3 x) ^ (y + x y)). It wraps to 32 bits,
+    signed, as a shader's int does; textures of up to 14,000 texels a side stay below that.
     """
     word = 10 * ((3 * x) ^ (y + x * y)) if common else (30 * x) ^ (y + 10 * x * y)
-    return half_turns(word.astype(np.int32))
+    return np.asarray(word.astype(np.int32))
+
+
+def float32_rounding(name: str, height: int, width: int) -> float:
+    """By how many radians float32 rounds a rotation's angle added to a sample's own, at most; 0 but for hashes.
+
+    That is half of float32's spacing at the largest of the texture's, and half more where float32 does not hold the
+    hash itself.
+
+    >>> float32_rounding("common-hash", 1080, 1920)
+    2.0
+    """
+    if name not in ("common-hash", "sao-hash"):
+        return 0.0
+    y, x = np.indices((height, width))
+    largest = np.abs(hash_radians(x, y, name == "common-hash").astype(np.float64)).max()
+    spacing = float(np.spacing(np.float32(largest)))
+    return spacing if spacing > 1 else 0.5 * spacing
 
 
 def half_turns(radians: NDArray[np.int32]) -> FloatArray:
@@ -65,7 +79,7 @@ def half_turns(radians: NDArray[np.int32]) -> FloatArray:
 
 def _hashed(common: bool, height: int, width: int, seed: int) -> FloatArray:
     y, x = np.indices((height, width))
-    return hash_angles(x, y, common)
+    return half_turns(hash_radians(x, y, common))
 
 
 def _random(height: int, width: int, seed: int) -> FloatArray:
@@ -190,7 +204,7 @@ def angle_turns(radians: NDArray[np.floating[Any]], dtype: np.dtype[Any]) -> NDA
     check_angles(radians)
     angles, turns = radians.astype(np.float64, order="C"), np.empty((2, *radians.shape), _arithmetic(dtype))
     whole = np.floor(angles / (2.0 * PI) + 0.5)  # turns, which are taken off in three parts, the first two exactly
-    for part in _TURN:
+    for part in spiral.TURN:
         angles -= whole * part
     spiral.turns_of(angles / PI, turns)
     return turns

@@ -24,7 +24,7 @@ def is_nearest(number, code):
 def test_tables_are_the_nearest_numbers_to_the_standards():
     assert decode_table().dtype == np.float32
     assert all(is_nearest(number, code) for code, number in enumerate(decode_table()))
-    edges = srgb._code_edges()
+    edges = srgb.code_edges()
     assert len(edges) == 255
     assert all(is_nearest(edge, code + Fraction(1, 2)) for code, edge in enumerate(edges))
     assert to_codes(edges).tolist() == list(range(1, 256))

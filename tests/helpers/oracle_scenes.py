@@ -58,15 +58,16 @@ def world_points(view, u, v, z):
     return physical @ view.world_from_cast.T
 
 
-def critical_scene(rng, view, n, radius, moved=None):
+def critical_scene(rng, view, n, radius, moved=None, levels=None):
     """Depth, positions and samples: the point of each texel less one of its offsets is next to a decision.
 
     ``moved(samples, number)``: the offsets of the samples numbered, one a texel, in units of the radius; they are the
-    samples themselves by default. With it there are always positions.
+    samples themselves by default. With it there are always positions. ``levels``: image depths of the surfaces.
     """
     shape = view.height, view.width
     camera = view.screen_to_world is not None
-    levels = rng.uniform(0.3, 0.7, 4) if camera else rng.uniform(-0.2, 0.2, 4)
+    if levels is None:
+        levels = rng.uniform(0.3, 0.7, 4) if camera else rng.uniform(-0.2, 0.2, 4)
     depth = rng.choice(levels, shape).astype(np.float32)
     depth[rng.random(shape) < 0.1] = np.inf
     samples = rng.uniform(-1, 1, (n, 3))

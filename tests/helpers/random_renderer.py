@@ -315,22 +315,62 @@ def spread(ar, texture):
     return [ar.full(values[..., None, k]) for k in range(texture.shape[-1])]
 
 
+def texel_points(ar, depth, positions, back):
+    """World coordinates of the texels, three arrays (R, H, W, 1): given, or with back made of depth."""
+    if back is None:
+        return spread(ar, positions)
+    return [p[..., None] for p in unproject(ar, single(back), np.where(np.isfinite(depth), depth, 0.0))]
+
+
 @np.errstate(all="ignore")
 def image_points(ar, depth, positions, kind, m, samples, radius, back=None, turns=None):
     """Image points of all samples, four arrays (R, H, W, n): u, v, z, whether valid; LF Algorithm 2, or 1 with back."""
-    if back is None:
-        point = spread(ar, positions)
-    else:
-        point = [p[..., None] for p in unproject(ar, single(back), np.where(np.isfinite(depth), depth, 0.0))]
+    point = texel_points(ar, depth, positions, back)
     turn = None if turns is None else turn_of(ar, turns)
     return to_image(ar, kind, single(m), point, offsets_of(ar, samples, radius), turn)
 
 
-def occlusion(ar, depth, u, v, z, valid):
-    """AO of every renderer, (R, H, W), from the image points of its samples."""
+WAYS = "window", "far - d", "1 / (a d + b)", "gl", "inverse of gl", "a - d", "share of far"
+
+
+def distance(ar, way, planes, d):
+    """Distance along a perspective camera's axis, of a window depth d, as shaders write it; d itself for 'window'."""
+    (n, f), span = planes, planes[1] - planes[0]
+
+    def inverse(constants, terms):
+        return ar.divide(1.0, ar.total(list(single(constants)), terms))
+
+    def share():
+        return ar.divide(single(n), ar.subtract(1.0, ar.multiply(d, single(1 - n / f))))
+
+    ndc = ar.fused(2.0, d, -1.0) if "gl" in way else None
+    made = {
+        "window": lambda: ar.full(d),
+        "far - d": lambda: ar.divide(single(n * f), ar.fused(-single(span), d, single(f))),
+        "1 / (a d + b)": lambda: inverse([-span / (n * f), 1 / n], [d, 1.0]),
+        "gl": lambda: ar.divide(single(2 * n * f), ar.total([1.0, 1.0, -single(span)], [single(f), single(n), ndc])),
+        "inverse of gl": lambda: inverse([0, 0, -span / (2 * n * f), (f + n) / (2 * n * f)], [3.0, 7.0, ndc, 1.0]),
+        "a - d": lambda: ar.divide(single(n * f / span), ar.subtract(single(f / span), d)),
+        "share of far": lambda: ar.divide(share(), single(f)),
+    }
+    return made[way]()
+
+
+@np.errstate(all="ignore")
+def occlusion(ar, depth, u, v, z, valid, way="window", planes=None, eye=None):
+    """AO of every renderer, (R, H, W), from the image points of its samples.
+
+    A way makes distances of both depths, or of the surface's alone, which is compared with the samples' in eye space.
+    """
     depth = depth.astype(np.float64)
     there, j, i = inside(depth, u, v, valid)
-    count = np.count_nonzero(there & (ar.flush(ar.full(depth[j, i])) < ar.flush(z)), axis=-1)
+    surface = ar.flush(ar.full(depth[j, i]))
+    z = np.where(valid, z, 0.0)
+    if way != "window":
+        there &= np.isfinite(surface)
+        surface = distance(ar, way, planes, np.where(np.isfinite(surface), surface, 0.5))
+        z = distance(ar, way, planes, z) if eye is None else eye
+    count = np.count_nonzero(there & (surface < ar.flush(z)), axis=-1)
     return np.where(np.isfinite(depth), fraction(ar, count, u.shape[-1]), 0.0)
 
 

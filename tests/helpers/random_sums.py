@@ -87,6 +87,16 @@ def near_angle(ar, values, off):
     return [ar.choose(ar.lot(0.7), ar.near(k, off), ar.full(k)) for k in values]
 
 
+def summed_angle(ar, options, t, shape):
+    """Cosine and sine of the common hash and a tap's angle, each renderer's own, added in float32; (R, H, W)."""
+    full = ar.multiply(2 * np.pi if options["full_turn"] == "exact" else 6.28, options["turns"])
+    tap = ar.multiply(ar.divide(t + 0.5, float(options["taps"])), full)
+    y, x = np.indices(shape)
+    spin = (10 * ((3 * x) ^ (y + x * y))).astype(np.float32)
+    both = (spin + tap.astype(np.float32).reshape(-1, 1, 1)).astype(np.float64)
+    return np.cos(both), np.sin(both)
+
+
 def ray_lines(ar, rays, shape):
     """Start and slope of x and of y of every texel's ray, (R, H, W); products may be multiplied out."""
     if rays.kind:
@@ -187,6 +197,8 @@ def sao(ar, given, rays, radius, options, angle):
         phi = (np.pi if options["full_turn"] == "exact" else 3.14) * (2 * t + 1) * options["turns"] / n
         x, y = near_angle(ar, single([np.cos(phi), np.sin(phi)]), angle)
         u, v = ar.total([x, -y], [cosine[..., 0], sine[..., 0]]), ar.total([x, y], [sine[..., 0], cosine[..., 0]])
+        if options["angle_sum"] == "float32":
+            u, v = (near_angle(ar, [ar.full(k)], angle)[0] for k in summed_angle(ar, options, t, shape))
         across, down = (ar.multiply(h, ar.divide(t + 0.5, float(n))) for h in texels)
         land = {"floor": lambda d: d, "truncate": np.trunc, "nearest": lambda d: np.floor(ar.add(d, 0.5))}
         off = [land[options["landing"]](ar.multiply(h, a)) for h, a in ((across, u), (down, v))]

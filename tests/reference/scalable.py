@@ -10,7 +10,7 @@ import numpy as np
 from reference.elementary import dot, power
 from reference.mapping import affine_row, linear_row, rounded
 from reference.passes import blur_weights
-from reference.spiral import tap_of, turns_of
+from reference.spiral import summed, tap_of, turns_of
 
 MODULE, PERSPECTIVE, ORTHOGRAPHIC, TABLE = range(4)
 LANDED = {"floor": lambda d: d, "truncate": np.trunc, "nearest": lambda d: np.floor(d + d.dtype.type(0.5))}
@@ -165,6 +165,8 @@ def sample(view, z, places, options, radius, constants, turns, buffer):
     s, tau = options["taps"], options["turns"]
     tau, turn = tau if tau != 0 else turns_of(s), options["full_turn"]
     table = [rounded(tap_of(t, s, tau, full_turn=turn), dtype) for t in range(s)]
+    half = 3.14 if turn == "6.28" else 3.141592653589793
+    angles = [half * (((2 * t + 1) * tau) / s) for t in range(s)]
     made, outside = np.ones_like(z), 0
 
     def term_of(j, i, row, column, h, less):
@@ -184,10 +186,11 @@ def sample(view, z, places, options, radius, constants, turns, buffer):
         cosine, sine = (dtype(1), dtype(0)) if turns is None else turns[:, j, i]
         less = bias + depth_bias * (z[j, i] - o)
         total = dtype(0)
-        for tap_x, tap_y, alpha in table:
+        for (tap_x, tap_y, alpha), theta in zip(table, angles, strict=True):
             h_u, h_v = r_u * alpha, r_v * alpha
-            x = dtype(i) + landed(h_u * (tap_x * cosine - tap_y * sine))
-            y = dtype(j) + landed(h_v * (tap_x * sine + tap_y * cosine))
+            u, v = tap_x * cosine - tap_y * sine, tap_x * sine + tap_y * cosine
+            u, v = rounded(summed(i, j, theta), dtype) if options["angle_sum"] == "float32" else (u, v)
+            x, y = dtype(i) + landed(h_u * u), dtype(j) + landed(h_v * v)
             if not (x >= 0 and x < width and y >= 0 and y < height):
                 outside += 1
             elif (int(y), int(x)) != (j, i):

@@ -3,6 +3,8 @@
 import math
 from fractions import Fraction
 
+import numpy as np
+
 from reference.elementary import sincospi
 
 TURNS = (
@@ -47,6 +49,15 @@ def tap_of(t, s, tau, full_turn="exact"):
         angle = (((2 * t + 1) * tau) % (2 * s)) / s
     sine, cosine = sincospi(angle)
     return cosine, sine, (t + 0.5) / s
+
+
+def summed(i, j, theta):
+    """Cosine and sine of the common hash and a tap's angle, added in binary32."""
+    p = float(np.float32(hash_word(i, j, "common")) + np.float32(theta))
+    q = math.floor(p / 6.283185307179586 + 0.5)
+    p = ((p - q * 6.2831850051879883) - q * 3.0199157663446385e-07) - q * 2.1561211432632476e-14
+    sine, cosine = sincospi(p / 3.141592653589793)
+    return cosine, sine
 
 
 def discrepancy_squared(s, tau):

@@ -36,6 +36,7 @@ def test_default_radii_are_fractions_of_the_diagonal(statue):
     ({"neighbours": -1}, "neighbours is -1, it must be a whole number of at least 0"),
     ({"neighbours": 1, "estimator": "sao"}, "neighbours are for estimator lf, not for sao"),
     ({"units": "feet"}, "units: there is no choice 'feet': choose one of radii, world"),
+    ({"estimator": "sao", "parameters": {"angle_sum": "float32"}}, "angle_sum is float32, which is of the rotation"),
     ({"layers": ()}, "layers: at least one"),
     ({"layers": ("ao_1",)}, "layers: there is no layer 'ao_1'"),
     ({"layers": ("depth", "best")}, "layers: there is no layer 'best'"),

@@ -13,7 +13,7 @@ from reference import spiral as reference
 from lfssao.errors import InputError
 from lfssao.samples import best_turns
 from lfssao.samples.kernels import spiral
-from lfssao.samples.rotation import half_turns, hash_angles
+from lfssao.samples.rotation import half_turns, hash_radians
 from lfssao.samples.spiral import BEST_TURNS, spiral_discrepancy
 
 texels = st.one_of(st.integers(0, 20_000), st.integers(-300, 2**20), st.sampled_from([0, 1, 14_000, 2**31 - 1]))
@@ -22,9 +22,19 @@ texels = st.one_of(st.integers(0, 20_000), st.integers(-300, 2**20), st.sampled_
 @pytest.mark.parametrize("variant", ["paper", "common"])
 @given(x=texels, y=texels)
 def test_the_hash_equals_the_reference(variant, x, y):
-    (angle,) = hash_angles(np.array([x]), np.array([y]), variant == "common")
+    (angle,) = half_turns(hash_radians(np.array([x]), np.array([y]), variant == "common"))
     assert bits(angle) == bits(reference.half_turns(reference.hash_word(x, y, variant)))
     assert 0 <= angle < 2
+
+
+@given(x=st.integers(0, 20_000), y=st.integers(0, 20_000), tap=st.floats(0, 300))
+def test_an_angle_added_in_float32_is_the_nearest_number_and_its_sine_exact(x, y, tap):
+    spin = np.float32(reference.hash_word(x, y, "common"))
+    found = spiral.summed_angle(x, y, tap)
+    assert found == spin + np.float32(tap)
+    with mpmath.workdps(40):
+        want = float(mpmath.sin(mpmath.mpf(found))), float(mpmath.cos(mpmath.mpf(found)))
+    assert spiral.unit_of(found) == pytest.approx(want, rel=0, abs=1e-15)
 
 
 @given(st.integers(-(2**31), 2**31 - 1))

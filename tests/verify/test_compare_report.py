@@ -3,14 +3,17 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
-from compare_folders import LAYERS, MODULES, changed, compare, poke, remade
+import pytest
+from compare_folders import LAYERS, MODULES, changed, compare, copied, poke, remade
+from jobs import render
 from PIL import Image
 
 import lfssao
-from lfssao.rendering.exr import Part, write_exr
+from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.verify.compare.picture import Panels
 from lfssao.verify.verdict import Verdict
 
@@ -44,6 +47,26 @@ def test_junit_has_a_suite_a_module(tmp_path, reference, failing):
     (failure,) = suites["module_004"].iter("failure")
     assert "outside the interval" in failure.get("message")
     assert "(24, 16) nan" in failure.text
+
+
+@pytest.mark.parametrize(("rotation", "size", "rounding", "option"), [
+    ("common-hash", "64x48", "0.00098", "angle_sum=float32"), ("sao-hash", "64x48", "0.00098", "ANGLES.npy"),
+    ("common-hash", "24x16", None, None), ("hash", "64x48", None, None),
+])  # fmt: skip
+def test_a_hash_that_float32_rounds_to_noise_is_told_once_where_occlusion_is_wrong(
+    tmp_path, rotation, size, rounding, option
+):
+    words = "statue", "--display", "sample-a", "--modules", "3:5", "--resolution", size, "--estimator", "sao"
+    right = render(tmp_path / "right", *words, "--rotate", rotation, "--layers", "depth,positions,ao")
+    assert lfssao.compare(right, right).notes == ()
+    wrong = copied(right, tmp_path / "wrong")
+    for module in ("module_003", "module_004"):
+        parts = read_exr(right / f"{module}.exr")
+        parts["ao_1"] = replace(parts["ao_1"], pixels=1 - parts["ao_1"].pixels)
+        write_exr(wrong / f"{module}.exr", list(parts.values()))
+    notes = lfssao.compare(wrong, right, diagnosis=False).notes
+    assert len(notes) == (rounding is not None)
+    assert rounding is None or (f"by up to {rounding} rad" in notes[0] and option in notes[0])
 
 
 def colors(path):

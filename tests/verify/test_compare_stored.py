@@ -4,17 +4,23 @@ from dataclasses import replace
 
 import jobs
 import numpy as np
+import oracle_scenes as oracle
 import pytest
+import random_renderer as rr
 from compare_folders import compare, copied, different, rendered, single, write_image
 
 import lfssao
+from lfssao import Camera, builtin_scene, module_views
+from lfssao.ao.post import blur_weights
 from lfssao.ao.ssao import algorithm1, algorithm2
 from lfssao.optics.view import KINDS, WorldToImage
 from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.samples import texel_turns
-from lfssao.verify.bounds.bounds import exactly
+from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.stored import Stored
+from lfssao.verify.case import VIEW, Case
+from lfssao.verify.judge import judge
 from lfssao.verify.verdict import Verdict
 
 AO = ("ao_1", "ao_2", "merged", "blurred")
@@ -31,7 +37,7 @@ def encode(values, kind):
     return np.floor(values * CODES[kind][0] + 0.5).astype(CODES[kind][1])
 
 
-def decode(codes, kind):
+def decode(codes, kind, before=None):
     """The values that a texture unit reads of it."""
     values = codes.astype(np.float64) if kind == "half" else codes / CODES[kind][0]
     if kind == "srgb8":
@@ -39,10 +45,11 @@ def decode(codes, kind):
     return values.astype(np.float32)
 
 
-def render(source, target, module, kinds, alter=lambda layer, codes: codes, ending="npy"):
+def render(source, target, module, kinds, alter=lambda layer, codes: codes, ending="npy", read=decode):
     """A renderer's folder, a module of which has layers stored in some formats, each made of what is read before it.
 
-    ``alter`` changes what is stored before it is written and read.
+    ``alter`` changes what is stored before it is written and read; ``read`` makes of codes, kind and the texture before
+    storing what the next layers are made of.
     """
     (copied(source, target) / f"{module}.exr").unlink()
     manifest = jobs.manifest_of(source)
@@ -55,7 +62,7 @@ def render(source, target, module, kinds, alter=lambda layer, codes: codes, endi
 
     def store(layer, texture):
         codes = alter(layer, encode(texture, kinds[layer]) if layer in kinds else texture)
-        made[layer] = decode(codes, kinds[layer]) if layer in kinds else codes
+        made[layer] = read(codes, kinds[layer], texture) if layer in kinds else codes
         if layer == "depth" and kinds.get(layer) == "unorm16":
             made[layer] = np.where(codes == 65535, np.float32(np.inf), made[layer])
         cut = 0 if layer in ("depth", "positions", "color") else guard
@@ -84,6 +91,18 @@ def render(source, target, module, kinds, alter=lambda layer, codes: codes, endi
 @pytest.fixture(scope="module")
 def guarded(tmp_path_factory):
     return rendered(tmp_path_factory.mktemp("guarded") / "reference", "--guard", "3")
+
+
+def of_registers(codes, kind, before):
+    return before
+
+
+def cut_down(codes, kind, before):
+    """The number of the format below: neither the one that is stored nor the one before."""
+    if kind == "half":
+        near = before.astype(np.float16)
+        return np.where(near > before, np.nextafter(near, np.float16(0)), near).astype(np.float32)
+    return decode(np.floor(before.astype(np.float64) * CODES[kind][0]).astype(CODES[kind][1]), kind)
 
 
 @pytest.mark.parametrize("folder", ["reference", "guarded"])
@@ -133,9 +152,9 @@ def test_a_cameras_depth_of_16_bits_has_no_surface_at_its_largest_code(tmp_path)
 
 @pytest.mark.parametrize(("name", "kind", "behind"), [
     ("ao_1", "half", "merged"), ("merged", "half", "blurred"), ("merged", "unorm8", "blurred"),
-    ("merged", "unorm16", "blurred"), ("blurred", "unorm8", "shaded"), ("color", "srgb8", "shaded"),
+    ("merged", "unorm16", "blurred"), ("blurred", "unorm8", "shaded"),
 ])  # fmt: skip
-def test_one_step_off_fails_alone_and_so_does_what_is_not_made_of_stored_values(
+def test_one_step_off_fails_alone_and_so_does_what_is_made_of_values_rounded_otherwise(
     tmp_path, reference, name, kind, behind
 ):
     def off(layer, codes):
@@ -143,17 +162,95 @@ def test_one_step_off_fails_alone_and_so_does_what_is_not_made_of_stored_values(
             codes[16, 24] = np.nextafter(codes[16, 24], np.float16(9)) if kind == "half" else codes[16, 24] + 1
         return codes
 
-    def unread(layer, codes):
-        """The reference's texture, an ulp off."""
-        own = np.squeeze(single(reference, "module_004", layer))
-        return np.where(own > 0, np.nextafter(own, np.float32(9)), own) if layer == behind else codes
-
-    for alter, wrong in ((off, name), (unread, behind)):
-        mine = render(reference, tmp_path / alter.__name__, "module_004", {name: kind}, alter)
+    for how, wrong in (({"alter": off}, name), ({"read": cut_down}, behind), ({"read": of_registers}, None)):
+        mine = render(reference, tmp_path / str(wrong), "module_004", {name: kind}, **how)
         report = lfssao.compare(mine, reference, diagnosis=False)
         failing = {r.layer: r.outside for r in report.results if report.code(r)}
-        assert set(failing) == {wrong}
-        assert (failing[wrong] == 1) == (alter is off)
+        assert set(failing) == {wrong} - {None}
+        assert wrong != name or failing[wrong] == 1
+
+
+@pytest.mark.parametrize("kinds", [
+    dict.fromkeys((*AO, "color", "shaded"), "half"), {**dict.fromkeys(AO, "unorm8"), "color": "srgb8"},
+], ids=["half", "unorm8"])  # fmt: skip
+@pytest.mark.parametrize("folder", ["reference", "guarded"])
+def test_layers_may_be_made_before_those_they_are_made_of_are_stored(tmp_path, request, folder, kinds):
+    source = request.getfixturevalue(folder)
+    mine = render(source, tmp_path / "mine", "module_004", kinds, read=of_registers)
+    assert lfssao.compare(mine, source).exit_code == 0
+
+
+def right_view(name):
+    """A view, and image depths of the surfaces of its scene."""
+    if name == "camera":
+        planes = near, far = 0.1, 50.0
+        place = (0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+        levels = far / (far - near) * (1 - near / np.array([2.0, 3.0, 5.0, 7.0]))
+        return Camera("perspective", *place, 3.0, *planes).view(7, 5), levels
+    display = lfssao.find_display(name).with_resolution(7, 5)
+    return module_views(builtin_scene("statue"), display, range(3, 4))[0], None
+
+
+def stored_by(ar, made, kind, visibility=False):
+    """Textures as they are read, and as the next ones are made of them: read, of registers, or some of each."""
+    if kind == "float":
+        return made, made
+    codes = encode(ar.subtract(1, made) if visibility else made, kind)
+    read = decode(codes, kind)
+    read = (np.float32(1) - read if visibility else read).astype(np.float64)
+    some = np.where(ar.rng.random(made.shape) < 0.5, read, made)
+    return read, ar.choose(ar.lot(0.4), read, ar.choose(ar.lot(0.5), made, some))
+
+
+def judge_renderers(name, kind, visibility, seed):
+    """Names of the textures outside their intervals, of renderers of any arithmetic that store occlusion and colour."""
+    (view, levels), rng, n, sigma, radii = right_view(name), np.random.default_rng(seed), 6, 0.6, (0.3, 0.2)
+    depth, positions, samples = oracle.critical_scene(rng, view, n, radii[0], levels=levels)
+    rgb, mapping, ar = rng.random((*depth.shape, 3)).astype(np.float32), view.world_to_image, rr.Arithmetic(rng, 24)
+    back = view.screen_to_world if positions is None else None
+    color, shown = stored_by(ar, ar.full(rgb), "srgb8" if kind == "unorm8" else kind)
+    read, made = {"color": color}, []
+    for k, radius in enumerate(radii, start=1):
+        given = depth, positions, mapping.kind, mapping.numbers, samples, radius, None if back is None else back.ravel()
+        points, way = rr.image_points(ar, *given), rng.choice(rr.WAYS) if name == "camera" else "window"
+        ao = rr.occlusion(ar, depth, *points, way, (0.1, 50.0))
+        read[f"ao_{k}"], ao = stored_by(ar, ao, kind, visibility)
+        made.append(ao)
+    read["merged"], merged = stored_by(ar, np.maximum(*made), kind, visibility)
+    table = blur_weights(sigma)
+    read["blurred"], blurred = stored_by(ar, rr.blur(ar, merged, sigma, len(table) // 2, table)[0], kind, visibility)
+    shaded = rr.shade(ar, shown, blurred)
+    read["shaded"], _ = stored_by(ar, shaded, kind)
+    stored = {} if kind == "float" else {layer: Stored(kind, visibility and layer in AO) for layer in read}
+    stored |= {"color": Stored("srgb8")} if kind == "unorm8" else {}
+    parameters = {
+        "mapping": {"kind": KINDS[mapping.kind], "numbers": mapping.numbers}, "screen_to_world": back, "sigma": sigma,
+        "guard": 0, "radii": radii, "colored": True, "rotation": "none",
+    }  # fmt: skip
+    inputs = {"depth": depth, "color": rgb} | ({} if positions is None else {"positions": positions})
+    outputs = inputs | {layer: np.zeros_like(texture[0], np.float32) for layer, texture in read.items()}
+    case = Case("", VIEW, "", parameters, {"samples": samples}, outputs, {"color": exactly(rgb)})
+    outside = []
+    for r in range(ar.renderers):
+        mine = inputs | {layer: texture[r].astype(np.float32) for layer, texture in read.items()}
+        found = judge(mine, case, "shader", list(read), stored)
+        outside += [layer for layer, judged in found.items() if judged.verdict is Verdict.OUTSIDE]
+    return outside
+
+
+STORES = [("float", False), ("half", False), ("unorm8", False), ("unorm16", False), ("unorm8", True), ("half", True)]
+
+
+@pytest.mark.parametrize(("kind", "visibility"), STORES)
+@pytest.mark.parametrize("name", ["sample-a", "convex", "camera"])
+def test_no_right_renderer_is_outside_whatever_it_stores(name, kind, visibility):
+    assert [judge_renderers(name, kind, visibility, seed) for seed in range(4)] == [[]] * 4
+
+
+@pytest.mark.parametrize("kind", ["half", "unorm8"])
+def test_renderers_that_keep_numbers_are_outside_of_what_is_made_of_stored_ones_alone(monkeypatch, kind):
+    monkeypatch.setattr(Stored, "either", lambda self, bounds, model, read=None: exactly(read))
+    assert {"blurred", "shaded"} <= set(judge_renderers("sample-a", kind, False, 0))
 
 
 def test_float32_files_hold_formats_that_the_user_says(tmp_path, reference, capsys):
@@ -205,17 +302,48 @@ def test_visibility_is_taken_for_occlusion(tmp_path, reference, capsys, kind):
         assert capsys.readouterr().err.count("\n") == 1
 
 
-@pytest.mark.parametrize(
-    ("kind", "visibility"), [("half", False), ("unorm8", False), ("unorm8", True), ("unorm16", False), ("srgb8", False)]
-)
-def test_bounds_of_stored_values_are_the_nearest_of_the_format(kind, visibility):
-    """For all codes: what lies 0.45 of a step above one is stored as that, 0.55 as the next, the middle as either."""
+KINDS_OF_CODES = [("half", False), ("unorm8", False), ("unorm8", True), ("unorm16", False), ("srgb8", False)]
+
+
+def all_codes(kind):
+    """The codes of a format from 0 on, and as numbers with equal steps between neighbours' middles."""
     if kind == "half":
         codes = np.arange(0x7C01, dtype=np.uint16).view(np.float16)  # zero, subnormal, normal, infinite
-        steps = np.minimum(codes.astype(np.float64), 65536)
-    else:
-        codes = np.arange(CODES[kind][0] + 1).astype(CODES[kind][1])
-        steps = codes.astype(np.float64)
+        return codes, np.minimum(codes.astype(np.float64), 65536)
+    codes = np.arange(CODES[kind][0] + 1).astype(CODES[kind][1])
+    return codes, codes.astype(np.float64)
+
+
+@pytest.mark.parametrize(("kind", "visibility"), KINDS_OF_CODES)
+def test_values_before_storing_are_those_that_are_stored_as_what_is_read(kind, visibility):
+    """For all codes: what lies 0.45 of a step from one is, 0.55 is not; nothing is that is not allowed."""
+    codes, steps = all_codes(kind)
+    read = decode(codes, kind)[None]
+    read = np.float32(1) - read if visibility else read
+    end = np.float32(1e6)
+    anything = Bounds(np.full_like(read, -end), np.full_like(read, end))
+    found = Stored(kind, visibility).either(anything, MODELS["strict"], read)
+    for part, within in ((0.45, True), (0.55, False)):
+        between = decode(steps[:-1] + part * np.diff(steps), kind)[None]
+        between = np.float32(1) - between if visibility else between
+        inside = (found.lower[:, :-1] <= between) & (between <= found.upper[:, :-1])
+        assert (inside == within).all()
+    if kind != "half":  # its range has no ends
+        ends = (found.upper[0, 0], found.lower[0, -1]) if visibility else (found.lower[0, 0], found.upper[0, -1])
+        assert ends == ((end, -end) if visibility else (-end, end))
+    held = Stored(kind, visibility).either(exactly(read), MODELS["strict"], read)
+    assert np.array_equal(held.lower, read)
+    assert np.array_equal(held.upper, read)
+    wrong = Stored(kind, visibility).either(exactly(read + 100), MODELS["strict"], read)  # wrong before it was stored
+    finite = (np.abs(found.lower) < end) & (np.abs(found.upper) < end) & (read < end)
+    assert np.array_equal(wrong.lower[finite], found.lower[finite])
+    assert np.array_equal(wrong.upper[finite], found.upper[finite])
+
+
+@pytest.mark.parametrize(("kind", "visibility"), KINDS_OF_CODES)
+def test_bounds_of_stored_values_are_the_nearest_of_the_format(kind, visibility):
+    """For all codes: what lies 0.45 of a step above one is stored as that, 0.55 as the next, the middle as either."""
+    codes, steps = all_codes(kind)
 
     def inside(part, chosen):
         values, read = decode(steps[:-1] + part * np.diff(steps), kind)[None], decode(chosen, kind)[None]

@@ -13,13 +13,15 @@ import random_renderer as rr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lfssao import Display, Mesh, Module, Paint, RayCaster, builtin_scene, find_display, fit_roi, module_views
+from lfssao import Camera, Display, Mesh, Module, Paint, RayCaster, builtin_scene, find_display, fit_roi, module_views
 from lfssao.ao.post import blur_weights
 from lfssao.verify.bounds import post, ssao
 from lfssao.verify.bounds.bounds import exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds, depth_bounds, displaced, stray_limit
 from lfssao.verify.bounds.error_model import MODELS
+from lfssao.verify.bounds.kernels.pairs import exact
 from lfssao.verify.bounds.kernels.point_bounds import trace_samples
+from lfssao.verify.bounds.kernels.projection_bounds import linear_room
 
 EXAMPLES, RENDERERS = 100, 90  # not as many as samples: arrays are told apart by that
 DISPLAY = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), oracle.ROI)
@@ -97,6 +99,57 @@ def check(drawn, renderers, alter=lambda model: model):
 @given(drawn_scenes())
 def test_no_renderer_of_a_model_leaves_its_bounds(drawn):
     check(drawn, RENDERERS)
+
+
+PLANES = [(0.1, 50.0), (0.01, 1000.0), (2.0, 20.0), (0.001, 3000.0)]
+
+
+def perspective(planes, width=4, height=3):
+    return Camera("perspective", (0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 3.0, *planes).view(width, height)
+
+
+def window_depth(planes, z):
+    near, far = planes
+    return far / (far - near) * (1 - near / z)
+
+
+@settings(max_examples=30)
+@given(st.sampled_from(PLANES), st.integers(0, 2**32), st.sampled_from(["shader", "nearest"]), st.booleans())
+def test_no_renderer_that_compares_distances_leaves_the_bounds(planes, seed, name, nearby):
+    """Distances are made of window depths in float32, of both or of the surface's alone."""
+    view, rng, n = perspective(planes), np.random.default_rng(seed), 7
+    far = np.minimum(planes[1], 9.0)
+    levels = window_depth(planes, planes[0] * rng.uniform(1.1, 3, 4) if nearby else rng.uniform(2.1, far, 4))
+    depth, positions, samples = oracle.critical_scene(rng, view, n, 0.3, levels=levels)
+    back = None if positions is not None else view.screen_to_world
+    mapping, ar = view.world_to_image, oracle.arithmetic(name, rng, RENDERERS)
+    given = depth, positions, mapping.kind, mapping.numbers, samples, 0.3, None if back is None else back.ravel()
+    points = rr.image_points(ar, *given)
+    allowed = ssao.ao_bounds(depth, positions, mapping, samples, 0.3, name, back)
+    here, offsets = rr.texel_points(ar, depth, positions, given[-1]), rr.offsets_of(ar, samples, 0.3)
+    eye = rr.row(ar, rr.single(mapping.numbers), 3, here, offsets)
+    for way in rr.WAYS:
+        oracle.assert_inside(rr.occlusion(ar, depth, *points, way, planes), allowed, way)
+    for way in rr.WAYS[1:-1]:
+        oracle.assert_inside(rr.occlusion(ar, depth, *points, way, planes, eye), allowed, f"{way} and eye space")
+
+
+@pytest.mark.parametrize("name", ["shader", "nearest"])
+@pytest.mark.parametrize("planes", PLANES)
+def test_room_for_distances_is_enough_and_not_five_times_what_is_needed(planes, name):
+    """Renderers' order of two window depths, next to each other, by distances."""
+    rng, near, far = np.random.default_rng(0), *planes
+    surface = np.float64(np.float32(window_depth(planes, near * (far / near) ** rng.uniform(0, 0.9, 4000))))
+    numbers, by = rr.single(perspective(planes).world_to_image.numbers), MODELS[name].errors
+    room = 2 * np.array([linear_room(numbers, exact(d), by) for d in surface])
+    sample = np.float64(np.float32(surface + room * rng.uniform(-1.2, 1.2, surface.shape)))
+    apart, needed = np.abs(sample - surface) / room, 0.0
+    for way in rr.WAYS:
+        ar = oracle.arithmetic(name, rng, RENDERERS)
+        first, second = (rr.distance(ar, way, planes, ar.full(d)) for d in (surface, sample))
+        wrong = np.any((first < second) != (surface < sample), axis=0) & (sample != surface)
+        needed = max(needed, apart[wrong].max(initial=0))
+    assert 0.2 < needed < 1
 
 
 def test_half_the_errors_would_be_too_few():

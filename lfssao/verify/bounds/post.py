@@ -1,6 +1,8 @@
 """Acceptance intervals of what follows the occlusion: the maximum over radii, the blur and the shading."""
 
 from collections.abc import Sequence
+from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -8,7 +10,7 @@ from lfssao.ao.kernels import post as post_kernels
 from lfssao.ao.post import blur, blur_weights, gaussian_kernel, merge, shade
 from lfssao.core import elementary
 from lfssao.errors import InputError
-from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, up_to_single
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, exactly, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 
@@ -86,23 +88,27 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
     return np.abs(weights - blur_weights(sigma)) + weights * made
 
 
-def shade_bounds(rgb: Texture, occlusion: Bounds, model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of rgb (1 - ao), (H, W, 3), for a linear colour that is an input; InputError if sizes or model are wrong.
+def shade_bounds(rgb: Texture | Bounds, occlusion: Bounds, model: str | ErrorModel = "shader") -> Bounds:
+    """Bounds of rgb (1 - ao), (H, W, 3), for a linear colour, or bounds of it; InputError if sizes or model are wrong.
 
     1 - ao falls with ao, so for rgb >= 0 the largest ao makes the least. (1 - ao) rgb is rounded twice; rgb - rgb ao
     rounds rgb ao and the difference: r abs(rgb ao) + r abs(rgb (1 - ao)) more. Both are within
-    r abs(rgb) (abs(ao) + 2 abs(1 - ao)) (1 + r).
+    r abs(rgb) (abs(ao) + 2 abs(1 - ao)) (1 + r). The least of the product less this error, which is concave in either
+    factor, is at ends of both; so is the largest.
     """
-    chosen = find_model(model)
+    chosen, shown = find_model(model), rgb if isinstance(rgb, Bounds) else exactly(rgb)
     if chosen.exact:
-        ends = [shade(rgb, end) for end in (occlusion.lower, occlusion.upper)]
-        return Bounds(np.minimum(*ends), np.maximum(*ends))
-    check_single("rgb", rgb, 3)
-    if rgb.shape != (*occlusion.lower.shape, 3):
-        raise InputError(f"rgb has shape {rgb.shape}, expected {(*occlusion.lower.shape, 3)}")
-    r, color = chosen.operation, rgb.astype(np.float64)
-    ao = np.array([occlusion.lower, occlusion.upper], np.float64)[..., None]
-    exact = color * (1 - ao)
-    error = np.abs(color) * (np.abs(ao) + 2 * np.abs(1 - ao)) * (r * (1 + 4 * r))
-    error += 4 * chosen.smallest * (color != 0)
-    return Bounds(up_to_single((exact - error).min(axis=0)), down_to_single((exact + error).max(axis=0)))
+        ends = [shade(*end) for end in product((shown.lower, shown.upper), (occlusion.lower, occlusion.upper))]
+        return Bounds(np.min(ends, axis=0), np.max(ends, axis=0))
+    check_single("rgb", shown.lower, 3)
+    if shown.lower.shape != (*occlusion.lower.shape, 3):
+        raise InputError(f"rgb has shape {shown.lower.shape}, expected {(*occlusion.lower.shape, 3)}")
+    r = chosen.operation
+    low: Any = np.inf
+    high: Any = -np.inf
+    for color, ao in product((shown.lower, shown.upper), (occlusion.lower, occlusion.upper)):
+        c, a = color.astype(np.float64), ao.astype(np.float64)[..., None]
+        exact = c * (1 - a)
+        error = np.abs(c) * (np.abs(a) + 2 * np.abs(1 - a)) * (r * (1 + 4 * r)) + 4 * chosen.smallest * (c != 0)
+        low, high = np.minimum(low, exact - error), np.maximum(high, exact + error)
+    return Bounds(up_to_single(low), down_to_single(high))

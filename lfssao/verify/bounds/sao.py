@@ -18,6 +18,7 @@ from lfssao.ao.estimators.sao.estimator import (
     SaoOptions,
     falloff_of,
     spiral_taps,
+    tap_angles,
     z_hierarchy,
 )
 from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
@@ -63,7 +64,10 @@ def _sampled(
     tables = rays.kind, single(rays.numbers), single(rays.table), single(rays.world), float(single(rays.origin))
     taps = single(spiral_taps(options, np.dtype(np.float32)))
     levels, numbers = _hierarchy(z, rays.origin, options, given.model), map(float, falloff[:-1])
-    whole = kernels.Pass._make([*tables, *levels, options.log_q, taps, *numbers])
+    angles, off = np.empty((0, 2)), given.model.quotient + 3 * given.model.operation  # of a product of 2 pi, tau, alpha
+    if options.angle_sum == "float32":
+        angles = tap_angles(options)[:, None] * np.array([1 - off, 1 + off])
+    whole = kernels.Pass._make([*tables, *levels, options.log_q, taps, *numbers, angles])
     return given.sums(kernels.sum_taps, seen, whole, LANDINGS[options.landing])
 
 

@@ -3,6 +3,9 @@
 Storing rounds to the format's nearest number and holds within its range, which keeps the order. So an interval's ends
 are stored as well, and it widens by half a step of the format at most. A depth of whole numbers has no infinity: its
 largest code, to which depth buffers are cleared, is no surface.
+
+The next pass may read the texture, or have its numbers in registers, from before they were stored, and shared memory
+may hold some of each: ``either`` has both.
 """
 
 from dataclasses import dataclass, replace
@@ -11,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.srgb import to_codes, to_linear
-from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture
+from lfssao.core.srgb import code_edges, to_codes, to_linear
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel
 
 # Types in files, codes of 1 (0 for floats), and how far conversions may be off, relative; it decides ties, too.
@@ -57,6 +60,59 @@ class Stored:
         lower, upper = self.ends(bounds.lower, bounds.upper, model)
         ranges = None if bounds.ranges is None else self.ends(*bounds.ranges, model)
         return replace(bounds, lower=lower, upper=upper, ranges=ranges)
+
+    def either(self, bounds: Bounds, model: ErrorModel, read: Texture | None = None) -> Bounds:
+        """Bounds of values before or after storing: of all within bounds, or of those alone of which ``read`` was read.
+
+        Values are wrong before they are stored if none within bounds is stored as what is read. Then all that are
+        stored so count, but none beyond the format's range.
+        """
+        lower, upper = bounds.lower, bounds.upper
+        if read is None:
+            low, high = self.ends(lower, upper, model)
+        else:
+            low, high = self._before(read, model)
+            none = np.maximum(lower, low) > np.minimum(upper, high)
+            lower = np.where(none, np.where(np.isfinite(low), low, read), np.maximum(lower, low))
+            upper = np.where(none, np.where(np.isfinite(high), high, read), np.minimum(upper, high))
+            low = high = read
+        return Bounds(np.minimum(lower, low), np.maximum(upper, high))
+
+    def _before(self, read: Texture, model: ErrorModel) -> tuple[Texture, Texture]:
+        """Smallest and largest values that may be stored as what is read, infinite at the ends of the format's range.
+
+        That is ``ends`` backwards: a value is moved by its conversion and then rounded. 1 - what is read is off by the
+        rounding of a float32 number near 1.
+        """
+        values, room = read.astype(np.float64), FORMATS[self.format][2]
+        if self.visibility:
+            values, room = 1 - values, room + (0.0 if model.exact else model.quotient)
+        low, high = (
+            _moved(end, sign * room * (1 + room)) for end, sign in zip(self._edges(values), (-1, 1), strict=True)
+        )
+        if self.visibility:
+            low, high = 1 - high - 2.0**-24, 1 - low + 2.0**-24
+        return up_to_single(low), down_to_single(high)
+
+    def _edges(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The ends between which a value has the same nearest number of the format."""
+        _, largest, _ = FORMATS[self.format]
+        if self.format == "float":
+            return values, values
+        if self.format == "srgb8":
+            edges, codes = np.concatenate([[-np.inf], code_edges(), [np.inf]]), to_codes(values).astype(np.intp)
+            return edges[codes], edges[codes + 1]
+        if largest:
+            code = np.rint(np.clip(values, 0, 1) * largest)
+            low, high = (code - 0.5) / largest, (code + 0.5) / largest
+            return np.where(code > 0, low, -np.inf), np.where(code < largest, high, np.inf)
+        with np.errstate(over="ignore"):
+            nearest = values.astype(np.float16)
+            ends = [np.nextafter(nearest, np.float16(way)).astype(np.float64) for way in (-np.inf, np.inf)]
+        low, high = (
+            0.5 * (np.clip(end, -65536, 65536) + np.clip(nearest.astype(np.float64), -65536, 65536)) for end in ends
+        )
+        return np.where(nearest > -np.inf, low, -np.inf), np.where(nearest < np.inf, high, np.inf)
 
     def half_steps(self, depth: Texture) -> FloatArray:
         """How far each depth may have been from what is read of it."""

@@ -1,8 +1,8 @@
 """Bounds of the textures of a view, each made of what the renderer itself made before it.
 
 Bounds of depth and colour come from the mesh. Without it the reference's textures stand in for it, and
-``depth.stray_limit`` texels may leave these bounds. ``stored`` makes all those of what is read, of which the next pass
-is made. The blur with a guard band, which merged lacks, is bounded from depth on.
+``depth.stray_limit`` texels may leave these bounds. The next pass may be made of a texture before or after it is
+``stored`` in a format. The blur with a guard band, which merged lacks, is bounded from depth on.
 """
 
 from collections.abc import Mapping
@@ -11,8 +11,7 @@ from functools import cache
 import numpy as np
 
 from lfssao.ao.textures import Buffers
-from lfssao.optics.view import without_guard
-from lfssao.verify.bounds.bounds import Bounds, exactly
+from lfssao.verify.bounds.bounds import Bounds, Texture, exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bounds_of
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import BOUNDED, point_bounds
@@ -95,7 +94,10 @@ class ViewBounds:
         blurred, image = self._made("blurred") if name == "shaded" else None, self._inputs.get("image")
         if blurred is None or image is None:
             return None
-        return shade_bounds(without_guard(image, self._guard), blurred, self._model)
+        shown, color = exactly(image), self.find("color") if "color" in self._stored else None
+        if isinstance(color, Bounds):
+            shown = self._stored["color"].either(color, self._model, image)
+        return shade_bounds(shown.crop(self._guard), blurred, self._model)
 
     def _blurred(self) -> Bounds | None:
         """The blur of the merged texture, or with a guard band of the layers that include it."""
@@ -110,15 +112,18 @@ class ViewBounds:
 
     def _made(self, name: str) -> Bounds | None:
         """The input of the next pass: the renderer's own texture, or all that its bounds allow."""
-        if name in self._own:
-            return exactly(self._own[name])
+        own = self._own.get(name)
+        if own is not None and name not in self._stored:
+            return exactly(own)
         found = self._stage(name)
         found = exactly(self._right[name]) if found is None and name in self._right else found
-        return self._held(name, found)
+        return self._held(name, found, own)
 
-    def _held(self, name: str, bounds: Bounds | None) -> Bounds | None:
-        """Bounds of a texture as the renderer stores it."""
-        return self._stored[name].bounds(bounds, self._model) if bounds is not None and name in self._stored else bounds
+    def _held(self, name: str, bounds: Bounds | None, own: Texture | None = None) -> Bounds | None:
+        """Bounds of a texture, the renderer's own if it is given, before and after the renderer stores it."""
+        if bounds is None or name not in self._stored:
+            return bounds
+        return self._stored[name].either(bounds, self._model, own)
 
 
 def _merged(layers: list[Bounds | None]) -> Bounds | None:

@@ -20,7 +20,7 @@ from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage,
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import WORST_RANK, Panels
 from lfssao.verify.compare.power import Power, power_of
-from lfssao.verify.compare.reasons import reason_of
+from lfssao.verify.compare.reasons import noise_of_turns, reason_of
 from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.result import Result, Tolerance, result_of
 from lfssao.verify.compare.source import Mine, Reference
@@ -192,6 +192,8 @@ class Comparison:
             self._judge(module, wanted, found, case)
         except InputError as error:
             raise InputError(f"{self._reference.path}: its manifest is not of its textures ({error})") from error
+        noise = noise_of_turns(case) if _is_occlusion_wrong(module, self._results) else ""
+        self._notes += [noise] if noise and noise not in self._notes else []
         if self._wanted is None:
             self._notes += [f"{module}: channel {name} is not in the reference" for name in matcher.unused()]
 
@@ -323,6 +325,12 @@ class Comparison:
             panels=self._panels,
             textures=self._textures,
         )
+
+
+def _is_occlusion_wrong(module: str, results: Sequence[Result]) -> bool:
+    """Whether a texture of a radius' occlusion of a module is wrong."""
+    wrong = Verdict.OUTSIDE, Verdict.DIFFERENT
+    return any(r.module == module and r.layer.startswith("ao_") and r.verdict in wrong for r in results)
 
 
 def _without_intervals(names: Sequence[str]) -> set[str]:

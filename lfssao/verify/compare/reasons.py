@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from lfssao.samples.rotation import float32_rounding
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.explain import explain
 from lfssao.verify.case import VIEW, Arrays, Case, described_mapping, described_turns
 from lfssao.verify.judge import inputs_of
 
+_LEAST_NOISE = 5e-4  # radians: half of float32's spacing at the angle
 _REASONS = {
     "depth": "expected: a depth between this texel's and a neighbour's in the reference (no mesh given)",
     "positions": "expected: the point of the texel's ray at the depth of the depth texture",
@@ -35,6 +37,22 @@ def reason_of(
         seen = "nothing" if missed else f"this interval of {name}"
         return f"nine rays into the mesh, within {model.centre:.2g} texel of the texel's centre, see {seen}"
     return _REASONS.get(name, "")
+
+
+def noise_of_turns(case: Case) -> str:
+    """A sentence on samples that turn by a hash so large that float32 rounds it to noise; '' of others."""
+    rotation = case.parameters.get("rotation", "none")
+    if case.stage != VIEW or "depth" not in case.outputs:
+        return ""
+    rounding = float32_rounding(rotation, *case.outputs["depth"].shape)
+    if not rounding > _LEAST_NOISE:
+        return ""
+    sao = case.parameters["estimator"].startswith("sao") and rotation == "common-hash"
+    option = "--parameter angle_sum=float32" if sao else "--rotate ANGLES.npy, the renderer's own"
+    return (
+        f"samples turn by '{rotation}': a renderer that adds it to a sample's angle in float32 rounds by up to "
+        f"{rounding:.2g} rad, so that it is noise of its own arithmetic: render the reference with {option}"
+    )
 
 
 def _occlusion_reason(

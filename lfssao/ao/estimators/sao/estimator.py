@@ -21,8 +21,8 @@ is written for cameras and metres:
   the tapped texel's own ray at the hierarchy's z, which takes the place of equation 3. The ball's image is an ellipse
   there: equation 5 with a texel's length across and down at C's depth. Distances from the viewer are counted from the
   observers.
-- Published shaders land taps otherwise, read n from a texture and write 6.28 for 2 pi: ``landing``, ``normals`` and
-  ``full_turn``.
+- Published shaders land taps otherwise, read n from a texture, write 6.28 for 2 pi and add angles in float32, which
+  rounds them by up to 2 at 1920 x 1080: ``landing``, ``normals``, ``full_turn`` and ``angle_sum``.
 - The paper prints no MAX_MIP (5 here), neither the 2x2 average's threshold (0.02 r of depth) nor the Gaussian's width
   (three taps). q' = 2^3 is the least of the range it found equivalent. z_min, 'the farthest plane at which sharp
   features are desired', is the view's farthest surface unless given. k = 1 and the power is taken last.
@@ -43,6 +43,7 @@ from math import isfinite
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Options, option, turns_of
 from lfssao.ao.estimators.sao.kernels import passes, scalable, z_pyramid
@@ -77,6 +78,11 @@ class SaoOptions(Options):
     normals: str = option("face", "n: equation 4's, or that of the normals texture", choices=("face", "buffer"))
     reach: float = option(1.0, "radius of the taps in the image over that of equation 5", limits=(0.0, _MOST))
     full_turn: str = option("exact", "2 pi in equation 6, or what shaders write for it", choices=("exact", "6.28"))
+    angle_sum: str = option(
+        "exact",
+        "a tap's angle and its texel's; float32: rounded, as shaders add the common hash, by which alone it turns",
+        choices=("exact", "float32"),
+    )
     mip: str = option("rotated", "filter of the z hierarchy, table 1, or none", choices=tuple(FILTERS))
     log_q: int = option(3, "log2 of q', equation 9", limits=(0, 15))
     max_level: int = option(5, "last level of the hierarchy", limits=(0, 15))
@@ -144,9 +150,9 @@ def sample(buffers: Buffers, z: Texture, rays: TexelRays, radius: float, options
     hierarchy = scalable.Hierarchy(np.concatenate([level.ravel() for level in levels]), first, options.log_q)
     falloff = falloff_of(options, rays, radius, dtype)
     visibility, outside = np.empty_like(z), np.empty(z.shape[0], np.int64)
-    scalable.scalable_visibility(
-        surface, hierarchy, spiral_taps(options, dtype), LANDINGS[options.landing], rays, falloff, visibility, outside
-    )
+    taps, landing = spiral_taps(options, dtype), LANDINGS[options.landing]
+    angles = tap_angles(options).astype(np.float32) if options.angle_sum == "float32" else None
+    scalable.scalable_visibility(surface, hierarchy, taps, landing, angles, rays, falloff, visibility, outside)
     return visibility, int(outside.sum())
 
 
@@ -158,6 +164,12 @@ def spiral_taps(options: SaoOptions, dtype: np.dtype[Any]) -> Texture:
         angles = (3.14 * ((2 * i + 1) * tau / options.taps) / PI for i in range(options.taps))
         taps[:, :2] = [sincospi(angle)[::-1] for angle in angles]
     return taps
+
+
+def tap_angles(options: SaoOptions) -> NDArray[np.float64]:
+    """Angles of the taps, radians, (s,): equation 6 without phi."""
+    tau, half = options.turns or best_turns(options.taps), PI if options.full_turn == "exact" else 3.14
+    return np.array([half * ((2 * i + 1) * tau / options.taps) for i in range(options.taps)])
 
 
 def falloff_of(options: SaoOptions, rays: TexelRays, radius: float, dtype: np.dtype[Any]) -> scalable.Falloff:

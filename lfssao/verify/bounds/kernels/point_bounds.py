@@ -1,7 +1,8 @@
 """LF's Algorithms 1 and 2, ``point`` and ``hemisphere`` on pairs: which samples are hidden for sure, and which may be.
 
 A sample's depth is a range, and so may be that of a surface. If all texels that it may be looked up in give the same
-decision for all depths, it is hidden or clear; else it is undecided. Further decisions of ``point`` and ``hemisphere``:
+decision for all depths, it is hidden or clear; else it is undecided. A camera's renderer may compare window depths, or
+distances made of them (``linear_room``). Further decisions of ``point`` and ``hemisphere``:
 
 - The range check, distance^2 <= R^2, or distance <= R: both are admitted.
 - The half ball's turn, offset . normal < 0. If rounding may change the sign, both sides are taken.
@@ -15,7 +16,7 @@ import numpy as np
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.kernels.pairs import Pair, apart, dot, exact, mul, positive, triple
-from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected
+from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected, linear_room
 from lfssao.verify.bounds.kernels.seen import box_of, look, texel_of, texel_point, turn_of
 
 CLEAR, OCCLUDED, UNDECIDED = 0, 1, 2
@@ -116,6 +117,9 @@ def trace_sample(seen, points, here, s, j, i, by):
     for side in (1.0, -1.0):
         if below if side < 0.0 else not surely:
             image, _, _ = look(seen, on_side(place, side), by)
+            if seen.kind == MATRIX:  # the sample's room and the surface's, which differ where they decide by little
+                z = Pair(image.z.value, image.z.error + 2.0 * linear_room(m, image.z, by))
+                image = Projected(image.u, image.v, z, image.may, image.must)
             hidden = is_hidden(seen, image, here, points.reach, by)
             may, must = may | hidden[0], must & hidden[1]
     if may and not must and seen.kind != MATRIX and seen.back.shape[0] == 0 and points.is_exact[s] and not below:

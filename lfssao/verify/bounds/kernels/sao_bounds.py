@@ -13,6 +13,7 @@ import numpy as np
 from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, partner
 from lfssao.ao.estimators.sao.kernels.scalable import landed, mip_level
 from lfssao.core.jit import kernel
+from lfssao.samples.kernels.spiral import summed_angle, unit_of
 from lfssao.verify.bounds.kernels import pairs
 from lfssao.verify.bounds.kernels.disk_bounds import LIMITLESS, term_of
 from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, add, div, dot, exact, mul, positive, sub, times, triple
@@ -20,6 +21,7 @@ from lfssao.verify.bounds.kernels.projection_bounds import Projected, at_point, 
 from lfssao.verify.bounds.kernels.seen import box_of, texel_of, turn_of
 
 _FAR = 2.0**20  # texels to which a radius is held
+_NEAR = 2.0**-6  # radians up to which two sums are one with an error; it is twice a tap's own error
 
 
 class Pass(NamedTuple):
@@ -42,6 +44,7 @@ class Pass(NamedTuple):
     bias: float
     depth_bias: float
     epsilon: float
+    angles: Any = np.empty((0, 2))  # (n, 2): least and largest angle of each tap that a renderer's hash is added to
 
 
 @kernel(inline=True)
@@ -158,14 +161,13 @@ def tap_coordinate(at, off, landing, by):
 
 
 @kernel
-def tap_range(seen, given, landing, texel, s, reach, here, normal, less, by):
-    """The least and largest term of a tap, and whether it lies in one texel of one level, or in none, for sure."""
-    (row, column), (x, y, far), shape = texel, given.taps[s], seen.depth.shape
-    c, d = turn_of(seen, row, column)
-    alpha, off = Pair(far, by.quotient * far), 3.0 * (by.operation + by.angle)
+def term_range(seen, given, landing, texel, far, unit, reach, here, normal, less, by):
+    """As ``tap_range``, of a tap at a part of the radius in a direction, whose numbers are off by its third."""
+    (row, column), (c, d, off), shape = texel, unit, seen.depth.shape
+    alpha = Pair(far, by.quotient * far)
     across, down = mul(reach[0], alpha, by), mul(reach[1], alpha, by)
-    u = tap_coordinate(column, mul(across, Pair(x * c - y * d, off), by), landing, by)
-    v = tap_coordinate(row, mul(down, Pair(x * d + y * c, off), by), landing, by)
+    u = tap_coordinate(column, mul(across, Pair(c, off), by), landing, by)
+    v = tap_coordinate(row, mul(down, Pair(d, off), by), landing, by)
     box = box_of(seen, widen(Projected(u, v, exact(0.0), True, True), by))
     bits, top = np.int32(given.log_q), np.int32(given.first.shape[0] - 1)
     near = max(across.value - across.error * SAFETY, down.value - down.error * SAFETY, 0.0)
@@ -185,6 +187,29 @@ def tap_range(seen, given, landing, texel, s, reach, here, normal, less, by):
                     a, b = term_of(times(v, inverse, by), normal, less, epsilon, given.cubed != 0.0, by)
             least, most = min(least, a), max(most, b)
     return least, most, box.sure and (box.texels == 0 or low == high)
+
+
+@kernel
+def tap_range(seen, given, landing, texel, s, reach, here, normal, less, by):
+    """The least and largest term of a tap, and whether it lies in one texel of one level, or in none, for sure.
+
+    A sum in float32 is that of the nearest number: of both, where the tap's angle may be either side of their middle.
+    """
+    (row, column), (x, y, far) = texel, given.taps[s]
+    c, d = turn_of(seen, row, column)
+    if given.angles.shape[0] == 0:
+        unit = x * c - y * d, x * d + y * c, 3.0 * (by.operation + by.angle)
+        return term_range(seen, given, landing, texel, far, unit, reach, here, normal, less, by)
+    low, high = summed_angle(column, row, given.angles[s, 0]), summed_angle(column, row, given.angles[s, 1])
+    error, two = by.operation + by.angle, high - low > _NEAR
+    (sine, cosine), own = unit_of(low), error if two else error + (high - low)
+    least, most, sure = term_range(seen, given, landing, texel, far, (cosine, sine, own), reach, here, normal, less, by)
+    if two:
+        sine, cosine = unit_of(high)
+        unit = cosine, sine, error
+        a, b, _ = term_range(seen, given, landing, texel, far, unit, reach, here, normal, less, by)
+        least, most, sure = min(least, a), max(most, b), False
+    return least, most, sure
 
 
 @kernel(rows="seen.depth")

@@ -11,7 +11,7 @@ import numpy as np
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import MATRIX, Projection
 from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, div, exact, triple
-from lfssao.verify.bounds.kernels.projection_bounds import at_point, image_of, row_of, rows_of
+from lfssao.verify.bounds.kernels.projection_bounds import at_point, image_of, linear_room, row_of, rows_of
 
 # A box of more texels than this is open without looking at them: it takes a mapping next to its singularity.
 _MOST_TEXELS = 4096
@@ -135,5 +135,8 @@ def write_depths(begin, stop, seen, kind, background, by, low, high):
                 z = image.z if kind == POSITIONS else z
                 low[j, i] = z.value - z.error if kind == CAST or image.may else np.inf
                 high[j, i] = z.value + z.error if kind == CAST or image.must else np.inf
+            windows = kind != CAST and seen.kind == MATRIX and depth < np.inf and high[j, i] < np.inf
+            if windows and not linear_room(seen.numbers, exact(high[j, i]), by) < np.inf:
+                low[j, i], high[j, i] = -np.inf, np.inf  # its distance may be any number
             if abs(depth) < 2.0**-126:  # may be flushed to zero
                 low[j, i], high[j, i] = min(low[j, i], 0.0), max(high[j, i], 0.0)

@@ -22,7 +22,7 @@ from lfssao.core.elementary import power
 from lfssao.core.intrinsics import on_the_stack, scratch
 from lfssao.core.jit import kernel
 from lfssao.optics.kernels.projection import linear_row
-from lfssao.samples.kernels.spiral import rotated
+from lfssao.samples.kernels.spiral import rotated, summed_angle, unit_of
 
 # A screen radius is held below 2**20 texels: every tap that leaves a texture does so too then, and integers hold it.
 _FAR = 1048576.0
@@ -142,7 +142,7 @@ def tap_term(a, b, c, nx, ny, nz, less, falloff):
 
 
 @kernel(inline=True)
-def add_taps(kind, hierarchy, taps, landing, rays, falloff, size, row, n, columns, values):
+def add_taps(kind, hierarchy, taps, landing, angles, rays, falloff, size, row, n, columns, values):
     """Sum all taps of n texels of a row, kind a constant, size (height, width); return how many are outside."""
     total, missed, m, width = scratch(values.dtype), scratch(np.int32), rays.world, np.int32(size[1])
     dtype = values.dtype.type
@@ -153,6 +153,11 @@ def add_taps(kind, hierarchy, taps, landing, rays, falloff, size, row, n, column
         total[i], missed[i] = zero, 0
     for s in range(taps.shape[0]):
         tap_x, tap_y, alpha = taps[s, 0], taps[s, 1], taps[s, 2]
+        if angles is not None:
+            tap_x, tap_y = dtype(1), zero
+            for i in range(n):
+                sine, cosine = unit_of(summed_angle(columns[i], row, angles[s]))
+                values[slot(_COSINE, i)], values[slot(_SINE, i)] = cosine, sine
         for i in range(n):
             u, v = rotated(tap_x, tap_y, values[slot(_COSINE, i)], values[slot(_SINE, i)])
             across, down = values[slot(_ACROSS, i)] * alpha, values[slot(_DOWN, i)] * alpha
@@ -181,15 +186,15 @@ def add_taps(kind, hierarchy, taps, landing, rays, falloff, size, row, n, column
 
 
 @kernel
-def add_separable_taps(hierarchy, taps, landing, rays, falloff, size, row, n, columns, values):
+def add_separable_taps(hierarchy, taps, landing, angles, rays, falloff, size, row, n, columns, values):
     """``add_taps`` of SEPARABLE rays; a function of its own, as LLVM makes vectors of one of two such loops only."""
-    return add_taps(SEPARABLE, hierarchy, taps, landing, rays, falloff, size, row, n, columns, values)
+    return add_taps(SEPARABLE, hierarchy, taps, landing, angles, rays, falloff, size, row, n, columns, values)
 
 
 @kernel
-def add_table_taps(hierarchy, taps, landing, rays, falloff, size, row, n, columns, values):
+def add_table_taps(hierarchy, taps, landing, angles, rays, falloff, size, row, n, columns, values):
     """``add_taps`` of rays in a TABLE."""
-    return add_taps(TABLE, hierarchy, taps, landing, rays, falloff, size, row, n, columns, values)
+    return add_taps(TABLE, hierarchy, taps, landing, angles, rays, falloff, size, row, n, columns, values)
 
 
 @kernel(inline=True)
@@ -216,7 +221,7 @@ def gather_texels(surface, rays, falloff, row, left, columns, values):
 
 
 @kernel(rows="visibility")
-def scalable_visibility(begin, stop, surface, hierarchy, taps, landing, rays, falloff, visibility, outside):
+def scalable_visibility(begin, stop, surface, hierarchy, taps, landing, angles, rays, falloff, visibility, outside):
     """A of every texel by the appendix's falloff or equation 1, before averaging.
 
     Readings. Equation 10 is the hierarchy's texel ((x', y') + h_i u_i) >> m_i, its '/ 2^m' the shift, h_i is h'_i and
@@ -225,7 +230,8 @@ def scalable_visibility(begin, stop, surface, hierarchy, taps, landing, rays, fa
     the texel itself: v is 0 there, and on a module, whose C is read from the positions texture, rounding is not. On a
     module the ball's image is an ellipse: h is h_u across and h_v down, and the larger one chooses the level.
 
-    taps: (s, 3), by ``lfssao.samples.kernels.spiral.unit_taps``. landing: that of ``landed``. visibility: (H, W), out,
+    taps: (s, 3), by ``lfssao.samples.kernels.spiral.unit_taps``. landing: that of ``landed``. angles: None, or of taps,
+    (s,) float32, that the common hash is added to in float32, in place of the surface's turns. visibility: (H, W), out,
     A, 1 where there is no surface. outside: (H,), out: taps of each row that lie outside the texture.
     """
     height, width = visibility.shape
@@ -238,9 +244,11 @@ def scalable_visibility(begin, stop, surface, hierarchy, taps, landing, rays, fa
         for left in range(0, width, CHUNK):
             n = gather_texels(surface, rays, falloff, j, left, columns, values)
             if rays.kind == SEPARABLE:
-                missed += add_separable_taps(hierarchy, taps, landing, rays, falloff, size, j, n, columns, values)
+                missed += add_separable_taps(
+                    hierarchy, taps, landing, angles, rays, falloff, size, j, n, columns, values
+                )
             else:
-                missed += add_table_taps(hierarchy, taps, landing, rays, falloff, size, j, n, columns, values)
+                missed += add_table_taps(hierarchy, taps, landing, angles, rays, falloff, size, j, n, columns, values)
             for i in range(n):
                 visibility[j, columns[i]] = max(zero, one - falloff.scale * values[slot(_TOTAL, i)])
         outside[j] = missed

@@ -2,7 +2,7 @@
 
 Storing rounds to the format's nearest number and holds within its range, which keeps the order. So an interval's ends
 are stored as well, and it widens by half a step of the format at most. A depth of whole numbers has no infinity: its
-largest code, to which depth buffers are cleared, is no surface.
+largest code, to which depth buffers are cleared, is no surface. Distances along a camera's axis are a depth, too.
 """
 
 from dataclasses import dataclass, replace
@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from lfssao.core.srgb import to_codes, to_linear
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture
 from lfssao.verify.bounds.error_model import ErrorModel
+
+LINEAR = "linear"  # a format's word: distances along the axis of a camera, whose depth is screen z
 
 # Types in files, codes of 1 (0 for floats), and how far conversions may be off, relative; it decides ties, too.
 FORMATS: dict[str, tuple[type[np.generic], int, float]] = {
@@ -27,15 +29,16 @@ FORMATS: dict[str, tuple[type[np.generic], int, float]] = {
 
 @dataclass(frozen=True)
 class Stored:
-    """How a renderer stores a texture: its format, whether it is 1 - occlusion, and whether it is a depth."""
+    """How a renderer stores a texture: its format, whether it is 1 - occlusion, a depth, or distances."""
 
     format: str
     visibility: bool = False
     depth: bool = False
+    linear: bool = False
 
     def __str__(self) -> str:
         stored = [f"stored as {self.format}"] * (self.format != "float")
-        return ", ".join(["1 - visibility"] * self.visibility + stored)
+        return ", ".join(["1 - visibility"] * self.visibility + [LINEAR] * self.linear + stored)
 
     def read(self, codes: NDArray[Any]) -> Texture:
         """The float32 values that a texture unit reads, as occlusion; float32 ones were read before."""

@@ -9,10 +9,12 @@ from lfssao.core.memory import check_available
 from lfssao.errors import InputError
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import BOUNDED
+from lfssao.verify.bounds.stored import LINEAR
 from lfssao.verify.case import VIEW, Case
 from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, check_comparable
+from lfssao.verify.compare.linear import check_camera, with_distances
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import WORST_RANK, Panels
 from lfssao.verify.compare.reasons import reason_of
@@ -160,6 +162,8 @@ class Comparison:
         matcher = Matcher(parts, reference, self._storage.rules)
         found = self._found(module, matcher, reference)
         wanted = [layer for layer in reference if self._wanted is None or layer.name in self._wanted]
+        if self._storage.formats.get("depth") == LINEAR:
+            check_camera(case)
         try:
             self._judge(module, wanted, found, case)
         except InputError as error:
@@ -194,6 +198,11 @@ class Comparison:
         if self._surface is not None and any(not equal_bits(mine[n], case.outputs[n]).all() for n in seen):
             shape = case.outputs["depth"].shape if "depth" in case.outputs else ()  # casting rays takes long
             case = replace(case, bounds=self._surface.bounds(self._reference.entries[module], shape, self._model))
+        if "depth" in stored and stored["depth"].linear:
+            case, mine = with_distances(case, mine, self._model)
+            found = {**found, "depth": replace(layers["depth"], planes=(mine["depth"],))}
+            right = case.outputs["depth"]
+            wanted = [replace(each, planes=(right,)) if each.name == "depth" else each for each in wanted]
         judgements = judge(mine, case, self._model, names, stored)
         lacking = _without_intervals(list(case.outputs)) if case.stage == VIEW else set()
         panels = Panels(module)

@@ -201,8 +201,8 @@ class Comparison:
         if "depth" in stored and stored["depth"].linear:
             case, mine = with_distances(case, mine, self._model)
             found = {**found, "depth": replace(layers["depth"], planes=(mine["depth"],))}
-            right = case.outputs["depth"]
-            wanted = [replace(each, planes=(right,)) if each.name == "depth" else each for each in wanted]
+            made = case.outputs["depth"]
+            wanted = [replace(each, planes=(made,)) if each.name == "depth" else each for each in wanted]
         judgements = judge(mine, case, self._model, names, stored)
         lacking = _without_intervals(list(case.outputs)) if case.stage == VIEW else set()
         panels = Panels(module)

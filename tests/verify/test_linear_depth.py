@@ -23,7 +23,7 @@ from lfssao.rendering.view_file import read_description
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import point_bounds
-from lfssao.verify.bounds.ssao import ao_bounds, image_depth
+from lfssao.verify.bounds.ssao import ao_bounds, distance_error, image_depth, seen_by, with_depths
 from lfssao.verify.bounds.view import ViewBounds
 from lfssao.verify.compare.source import Reference
 from lfssao.verify.judge import inputs_of
@@ -37,10 +37,10 @@ RADIUS = 0.3
 class Frame:
     """What a renderer sees of the statue: its own casts in float64, and its matrices in OpenGL's conventions."""
 
-    def __init__(self, near, far):
+    def __init__(self, near, far, away=1.0):
         self.mesh, self.planes = lfssao.find_scene("statue"), (near, far)
         middle = self.mesh.bounds.mean(axis=0)
-        eye = middle + np.array([1.8, 1.4, 3.2])
+        eye = middle + away * np.array([1.8, 1.4, 3.2])
         self.view = Camera("perspective", tuple(eye), tuple(middle), (0, 1, 0), 2.6, near, far).view(WIDTH, HEIGHT)
         seen = lfssao.RayCaster(self.mesh, self.view.cast_from_world).gbuffer(self.view, None, "geometric")
         self.surface, self.normals = seen.triangle >= 0, seen.normals
@@ -52,6 +52,12 @@ class Frame:
         n = np.cross(b - a, c - a)
         z = np.einsum("ijk,ijk->ij", n, a) / np.einsum("ijk,ijk->ij", n, self.rays)
         self.z = np.where(self.surface, z, np.inf)
+
+    def positions(self, factor=1.0):
+        """World positions of the casts themselves, rounded once, with distances times a factor."""
+        back, z = self.view.world_from_cast, np.where(self.surface, factor * self.z, 0)[..., None]
+        points = (self.rays * z) @ back[:, :3].T + back[:, 3]
+        return np.where(self.surface[..., None], points, np.inf).astype(np.float32)
 
     def depth(self, kind):
         """A depth buffer's float32 numbers, rounded once, and those of its background."""
@@ -191,11 +197,12 @@ def test_a_linear_view_casts_distances_and_has_an_inverse(projection):
 
 
 def drawn_view(rng, near=0.05, far=60.0):
-    """A perspective camera whose surfaces are many near planes away."""
-    eye = rng.uniform(2, 6, 3) * rng.choice([-1, 1], 3)
-    return Camera("perspective", tuple(eye), (0.0, 0.1, 0.2), (0.0, 1.0, 0.0), rng.uniform(0.5, 4), near, far).view(
-        4, 3
-    )
+    """A perspective camera whose surfaces are many near planes away; at the origin samples round less."""
+    eye, target = rng.uniform(2, 6, 3) * rng.choice([-1, 1], 3), (0.0, 0.1, 0.2)
+    if rng.random() < 0.5:
+        eye, target = np.zeros(3), (0.0, 0.0, -4.0)
+    extent = rng.uniform(0.5, 4)
+    return Camera("perspective", tuple(eye), target, (0.0, 1.0, 0.0), extent, near, far).view(4, 3)
 
 
 def next_to_decisions(rng, view, n, radius, placed):
@@ -266,6 +273,23 @@ def test_no_renderer_that_compares_distances_leaves_its_bounds(name, model):
     assert undecided >= differing > 20
 
 
+@pytest.mark.parametrize("model", ["shader", "nearest"])
+def test_distances_and_image_z_that_renderers_make_are_within_their_errors_and_near_them(model):
+    rng, limits = np.random.default_rng(1), find_model(model)
+    view = Camera("perspective", (0, 0, 0), (0, 0, -4), (0, 1, 0), 1, 0.05, 60.0).view(40, 30)
+    window = 60 / (60 - 0.05) * (1 - 0.05 / rng.uniform(0.1, 50, (30, 40)))
+    shown = Buffers(view, np.zeros((30, 40), "f4"), np.zeros((30, 40, 3), "f4"))
+    vars(shown)["depth"] = window
+    given, ar = oracle.in_distances(shown), oracle.arithmetic(model, rng, 40)
+    own = rs.linear_z(ar, given)
+    image, (depth, room) = ar.divide(-1.0, own), image_depth(given.view, given.depth, limits)
+    for made, right, error in ((own, given.depth, distance_error(limits)), (image, depth, room)):
+        off = np.abs(made / right.astype(np.float64) - 1).max()
+        assert 0.3 * error < off < error
+    seen = with_depths(seen_by(depth, given.positions, given.view.world_to_image, 1.0, room=room), limits)
+    assert ((seen.low <= image.min(0)) & (image.max(0) <= seen.high)).all()
+
+
 SAO = {"mip": ["rotated", "min", "max"], "log_q": [0, 1], "beta": [0.0, 0.01], "quad_edge": [0.0, 0.3],
        "gauss": [0.0, 0.0, 3.0], "normals": ["face", "buffer"], "landing": ["floor", "truncate"]}  # fmt: skip
 
@@ -277,12 +301,14 @@ def test_no_renderer_of_sao_that_reads_distances_leaves_its_bounds(model):
         rng = np.random.default_rng(seed)
         view, n, shape = drawn_view(rng), int(rng.choice([3, 5, 14])), (3, 4)
         rays = texel_rays(view, np.dtype(np.float32))
-        z = rng.choice([4.0, 4.2, 5.0], shape) + rng.uniform(0, 0.02, shape)
-        z[rng.random(shape) < 0.4] = 4.0
-        z[rng.random(shape) < 0.1] = np.inf
-        near, far = view.lens[4:6]
+        options = {name: values[rng.integers(len(values))] for name, values in SAO.items()}
         texel = min(abs(rays.numbers[k + 4]) * 4.0 * rays.units[k // 5] for k in (0, 5))
         radius = float(rng.choice([2, 4]) / (1 - 0.5 / n) * texel)
+        edge = options["quad_edge"] * radius  # where pairs are averaged or not
+        z = rng.choice([4.0, 4.0 + edge], shape) if edge else rng.choice([4.0, 4.0, 4.2, 5.0], shape)
+        z += rng.choice([0, 0, 0.01], shape) * rng.random(shape)
+        z[rng.random(shape) < 0.1] = np.inf
+        near, far = view.lens[4:6]
         phi = np.pi * (2 * rng.integers(0, n, shape) + 1) / n
         angles = rng.choice([0, 0.5, 1, 1.5], shape) * np.pi - phi + rng.uniform(-1, 1, shape) * angle
         turns = np.stack([np.cos(angles), np.sin(angles)]).astype(np.float32)
@@ -290,7 +316,6 @@ def test_no_renderer_of_sao_that_reads_distances_leaves_its_bounds(model):
         usual = Buffers(view, np.zeros(shape, "f4"), np.zeros((*shape, 3), "f4"), towards.astype("f4"), turns)
         vars(usual)["depth"] = np.where(np.isfinite(z), far / (far - near) * (1 - near / z), np.inf)
         given = oracle.in_distances(usual)
-        options = {name: values[rng.integers(len(values))] for name, values in SAO.items()}
         options = {**find_estimator("sao").parameters, **options, "sharpness": 10.0, "taps": n, "turns": 1}
         found = point_bounds("sao", given, radius, None, None, options, model)
         make = lambda ar: rs.sao(ar, given, rays, radius, options, angle)  # noqa: B023, E731
@@ -338,6 +363,17 @@ def test_a_renderers_own_distances_are_a_stage_of_a_reference_of_window_depth(fr
     assert depth is Verdict.OUTSIDE
     assert ao in (Verdict.EQUAL_BITS, Verdict.INSIDE)
     assert report(own, 1)[1] is Verdict.OUTSIDE
+
+
+def test_right_positions_fit_distances_that_window_depth_made_worse(tmp_path):
+    frame, mine = Frame(*PLANES["engine's"], away=5.0), tmp_path / "mine"
+    assert main(["ao", *frame.write(tmp_path / "given", "window"), "-o", str(tmp_path / "right")]) == 0
+    mine.mkdir()
+    np.save(mine / "frame_depth.npy", own_distances(frame.depth("window"), frame.planes))
+    words = "--layers", "depth,positions", "--stored", "depth=linear", "--no-diagnosis"
+    for factor, code in ((1, 0), (1.01, 2)):
+        np.save(mine / "frame_positions.npy", frame.positions(factor))
+        assert compare(mine, tmp_path / "right", *words) == code
 
 
 def test_own_distances_and_positions_are_judged_by_the_mesh(tmp_path):

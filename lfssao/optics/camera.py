@@ -217,7 +217,7 @@ def _screen_matrices(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
     """Eye -> screen and back: u = c_u + f_u x / w, v = c_v - f_v y / w.
 
     In perspective w = z, depth = far / (far - near) (1 - near / z); else w = 1 and depth = (z - near) / (far - near).
-    Of linear views depth is -1 / z, or z.
+    Depth of linear views is -1 / z, or z.
     """
     f_u, f_v, c_u, c_v, near, far, orthographic, linear = lens.tolist()
     span = far - near

@@ -252,7 +252,7 @@ def hidden_points(ar, given, samples, radius, back=None):
 @pytest.mark.parametrize("model", ["shader", "nearest"])
 @pytest.mark.parametrize("name", ["lf", "point"])
 def test_no_renderer_that_compares_distances_leaves_its_bounds(name, model):
-    """Of its own linear depth, or of reversed depth that it makes distances of in float32."""
+    """It reads linear depth, or makes distances of reversed depth in float32."""
     differing = undecided = 0
     for seed in range(25):
         rng = np.random.default_rng(seed)

@@ -64,12 +64,18 @@ def turn_of(seen, j, i):
 
 
 @kernel(inline=True)
+def depth_of(seen, j, i):
+    """A texel's depth."""
+    depth = np.float64(seen.depth[j, i])
+    return Pair(depth, seen.room * abs(depth) if seen.room > 0.0 else 0.0)  # it may be -infinity
+
+
+@kernel(inline=True)
 def texel_point(seen, j, i, by):
     """World coordinates of a texel's surface as pairs: given, or made as in Algorithm 1, line 3."""
     if seen.back.shape[0] == 0:
         return triple(seen.positions[j, i])
-    depth = np.float64(seen.depth[j, i])
-    place = at_point((exact(i + 0.5), exact(j + 0.5), Pair(depth, seen.room * abs(depth))))
+    place = at_point((exact(i + 0.5), exact(j + 0.5), depth_of(seen, j, i)))
     a, b, c, w = rows_of(Projection(MATRIX, seen.back), place, by.operation)
     return div(a, w, by), div(b, w, by), div(c, w, by)
 
@@ -127,8 +133,8 @@ def write_depths(begin, stop, seen, kind, background, by, low, high):
     """
     for j in range(begin, stop):
         for i in range(seen.depth.shape[1]):
-            depth = np.float64(seen.depth[j, i])
-            low[j, i], high[j, i] = depth - seen.room * abs(depth), depth + seen.room * abs(depth)
+            depth, off = depth_of(seen, j, i)
+            low[j, i], high[j, i] = depth - off, depth + off
             if not depth < np.inf:
                 low[j, i], high[j, i] = background, background
             elif kind == POSITIONS or (kind == CAST and seen.kind == MATRIX):

@@ -26,7 +26,7 @@ class Buffers:
     view : View
         A module of a display (``view.screen_to_world`` is None) or a camera.
     depth : (H, W) float32 or float64
-        Image z (``View.depth_kind``), +infinity where there is no surface.
+        What the view says (``View.depth_kind``), +infinity where there is no surface.
     positions : (H, W, 3), same dtype
         World coordinates, +infinity where there is no surface.
     normals : (H, W, 3), same dtype, or None

@@ -18,7 +18,7 @@ _HELP = {
     "--files": "names of MINE's files: 'frame_{module}_ao.tif=merged', {number} for a module's number, without =LAYER "
     "for files of all layers; may be given several times",
     "--stored": "float32 values of a layer went through a format: half, unorm8, unorm16 or srgb8, or 8-bit colours are "
-    "linear, as in shaded=unorm8; may be given several times",
+    "linear, as in shaded=unorm8; depth=linear: distances along a camera's axis; may be given several times",
     "--background": "value of MINE's depth and positions where there is no surface (default: infinity)",
     "--layers": "compare these layers of REFERENCE only (default: all)",
     "--cases": "compare these cases of a kit only (default: all)",

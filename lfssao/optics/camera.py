@@ -186,6 +186,21 @@ def view_of_matrix(matrix: Matrix, width: int, height: int, guard: int = 0, axis
     return _view(lens, eye_from_world, width, height, guard)
 
 
+def linear_view(view: View, linear: bool = True) -> View:
+    """A camera's view with a depth texture of distances along its axis (``linear``), or of screen space z.
+
+    Float32 has distances to the same relative precision wherever the planes are, and the image z that goes with them:
+    -1 / distance, or the distance of an orthographic camera.
+
+    >>> seen = Camera("perspective", (0, 0, 4), (0, 0, 0), (0, 1, 0), 2, 1, 9).view(64, 48)
+    >>> linear_view(seen).world_to_image([0, 0, 0]).tolist()
+    [32.0, 24.0, -0.25]
+    """
+    lens = view.lens.copy()
+    lens[7] = float(linear)
+    return replace(_view(lens, view.cast_from_world, view.width, view.height, view.guard), name=view.name)
+
+
 _SKEW = 1e-4  # cosine of an angle; matrices of float32 are off by 1e-7
 _ENDLESS = 2.0**60  # so far away that depth has the bits of an infinite far plane's
 
@@ -193,7 +208,7 @@ _ENDLESS = 2.0**60  # so far away that depth has the bits of an infinite far pla
 def _view(lens: NDArray[np.float64], eye_from_world: Matrix, width: int, height: int, guard: int) -> View:
     """The view of a camera's numbers."""
     world_from_eye, (screen_from_eye, eye_from_screen) = invert_affine(eye_from_world), _screen_matrices(lens)
-    kind = PROJECTIONS[int(lens[6])]
+    kind, screen_z = PROJECTIONS[int(lens[6])], "screen space z: 0 at the near plane, 1 at the far plane"
     return View(
         name="camera",
         width=width,
@@ -203,7 +218,7 @@ def _view(lens: NDArray[np.float64], eye_from_world: Matrix, width: int, height:
         world_from_cast=world_from_eye,
         world_to_image=WorldToImage(mapping.MATRIX, multiply(screen_from_eye, to_4x4(eye_from_world)).ravel()),
         screen_to_world=multiply(to_4x4(world_from_eye), eye_from_screen),
-        depth_kind=f"screen space z: 0 at the near plane, 1 at the far plane, {kind}",
+        depth_kind=f"{'linear z: distance along the axis, world units' if lens[7] else screen_z}, {kind}",
         guard=guard,
     )
 
@@ -217,14 +232,16 @@ def _screen_matrices(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
     """Eye -> screen and back: u = c_u + f_u x / w, v = c_v - f_v y / w.
 
     In perspective w = z, depth = far / (far - near) (1 - near / z); else w = 1 and depth = (z - near) / (far - near).
+    Depth of linear views is -1 / z, or z.
     """
-    f_u, f_v, c_u, c_v, near, far, orthographic, _ = lens.tolist()
+    f_u, f_v, c_u, c_v, near, far, orthographic, linear = lens.tolist()
     span = far - near
     if orthographic:
+        near, span = (0.0, 1.0) if linear else (near, span)
         forth = [[f_u, 0, 0, c_u], [0, -f_v, 0, c_v], [0, 0, 1 / span, -near / span], [0, 0, 0, 1]]
         back = [[1 / f_u, 0, 0, -c_u / f_u], [0, -1 / f_v, 0, c_v / f_v], [0, 0, span, near], [0, 0, 0, 1]]
     else:
-        a, b = far / span, far * near / span
+        a, b = (0.0, 1.0) if linear else (far / span, far * near / span)
         forth = [[f_u, 0, c_u, 0], [0, -f_v, c_v, 0], [0, 0, a, -b], [0, 0, 1, 0]]
         back = [[1 / f_u, 0, 0, -c_u / f_u], [0, -1 / f_v, 0, c_v / f_v], [0, 0, 0, 1], [0, 0, -1 / b, a / b]]
     return np.array(forth), np.array(back)

@@ -293,6 +293,18 @@ class View:
         """The rays of its texels as kernels take them."""
         return Rays(self.world_to_image.kind, self.lens)
 
+    @property
+    def linear(self) -> bool:
+        """Whether it is a camera's whose depth texture holds distances along the axis (``camera.linear_view``)."""
+        return self.screen_to_world is not None and bool(self.lens[7])
+
+    def image_z(self, depth: NDArray[Any]) -> NDArray[Any]:
+        """Image z of a depth texture: its own numbers, or -1 / distance of a linear perspective; +infinity stays."""
+        if not self.linear or self.lens[6]:
+            return depth
+        with np.errstate(divide="ignore", invalid="ignore"):  # a renderer's own depth may be anything
+            return np.where(depth < np.inf, -1 / depth, depth)
+
     def viewer_distance(self) -> NDArray[np.float64]:
         """Distance of a world point from the viewers along the axis of depth, as an affine function of the point.
 

@@ -1,6 +1,7 @@
-"""Textures as somebody's renderer stores them, turned into image z, world positions and world normals.
+"""Textures as somebody's renderer stores them, turned into depth, world positions and world normals.
 
-All in float64 and a written order, rounded once to float32; what is stored as it is wanted keeps its bits.
+All in float64 and a written order, rounded once to float32; what is stored as it is wanted keeps its bits. Distances,
+and reversed depth, which has their digits, become the depth of a linear view: screen space z would lose them.
 """
 
 from collections.abc import Iterator, Mapping
@@ -15,6 +16,7 @@ from lfssao.ao.textures import Buffers
 from lfssao.core.affine import invert_affine, multiply, transform_points
 from lfssao.errors import InputError
 from lfssao.gbuffer.kernels.surface import write_surface
+from lfssao.optics.camera import linear_view
 from lfssao.optics.kernels.rays import write_directions
 from lfssao.rendering.view_file import CHOICES, Description
 
@@ -33,14 +35,17 @@ def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
 
     Textures are 'depth' (H, W), 'positions' (H, W, 3), or left out and rebuilt on the texels' rays, and 'normals' (H,
     W, 3), or (H, W, 2) octahedral, float32. No surface: infinite depth, 1 of a window's kinds, 0 of 'reversed', 0 or
-    from the far plane on of 'linear' and 'view-z'. InputError if a number is not finite where there is a surface, or
-    textures do not fit what is said of them, or each other; the sentence names what fits better.
+    from the far plane on of 'linear' and 'view-z'. These and 'reversed' make depth and view linear (``linear_view``).
+    InputError if a number is not finite where there is a surface, or textures do not fit what is said of them, or each
+    other; the sentence names what fits better.
 
     >>> from lfssao.optics.camera import Camera
     >>> seen = Camera("perspective", (0, 0, 4), (0, 0, 0), (0, 1, 0), 2, 1, 9).view(4, 2)
     >>> buffers = buffers_of({"depth": np.full((2, 4), 4, np.float32)}, Description(seen, depth_kind="linear"))
     >>> buffers.positions[0, 0]
     array([-1.5,  0.5,  0. ], dtype=float32)
+    >>> buffers.view.depth_kind
+    'linear z: distance along the axis, world units, perspective'
     """
     fault = _fault(textures, said)
     if fault:
@@ -48,13 +53,17 @@ def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
         least = min((words.count("=") for words in better), default=0)
         fits = " or ".join(words for words in better if words.count("=") == least)
         raise InputError(f"{fault}{': it fits with ' if fits else ''}{fits}")
-    view, there = said.view, upright(textures, said)
+    view, there, kind = said.view, upright(textures, said), said.depth_kind
+    # Screen space z of an orthographic camera has the digits of its reversed depth.
+    linear = kind in ("linear", "view-z") or (kind == "reversed" and not view.lens[6])
+    if kind != "image" and view.linear != linear:
+        view = linear_view(view, linear)
     stored = there["depth"]
-    z = _distance(stored, said)
+    z = distances(stored, said)
     surface, placed = np.isfinite(z), there.get("positions")
     depth, positions = np.empty_like(stored), np.empty((*z.shape, 3), np.float32)
     write_surface(view.rays, np.ravel(view.world_from_cast), np.where(surface, 0, -1), z, depth, positions)
-    if said.depth_kind == "image":
+    if kind == "image":
         depth = stored
     if placed is not None:
         positions[surface] = _points(placed[surface], said)
@@ -92,7 +101,7 @@ def upright(textures: Mapping[str, Single], said: Description) -> dict[str, Sing
 def _fault(textures: Mapping[str, Single], said: Description) -> str:
     """A sentence on textures that do not fit what is said of them, or each other; '' if they do."""
     view, there = said.view, upright(textures, said)
-    z = _distance(there["depth"], said)
+    z = distances(there["depth"], said)
     for j, i in np.argwhere(np.isnan(z))[:1]:
         planes = f" between planes at {view.lens[4]:g} and {view.lens[5]:g}" if view.screen_to_world is not None else ""
         stored = f"{there['depth'][j, i]:g} at column {i}, row {j} from above"
@@ -145,13 +154,15 @@ def _agreement(normals: Single, positions: Single) -> float:
     return abs(float(known.mean())) if known.size else 0.0
 
 
-def _distance(depth: Single, said: Description) -> Double:
-    """Cast space z of a depth texture: infinite where there is no surface, NaN where no number stands for that."""
+def distances(depth: Single, said: Description) -> Double:
+    """Cast space z of a depth texture: infinite where there is no surface, NaN where a number is no depth."""
     view, kind = said.view, said.depth_kind
     with np.errstate(invalid="ignore"):  # of a NaN that signals
         d = depth.astype(np.float64)
     if view.screen_to_world is None:
         return np.where(d == -np.inf, np.nan, d)
+    if kind == "image" and view.linear:
+        return np.where(d > 0, d, np.nan)
     near, far, orthographic = view.lens[4:7].tolist()
     with np.errstate(all="ignore"):
         if kind in ("linear", "view-z"):

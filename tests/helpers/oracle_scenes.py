@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from lfssao import Camera, Display, Module, builtin_scene, find_display, fit_roi, module_views
 from lfssao.ao.textures import Buffers
 from lfssao.errors import InputError
+from lfssao.optics.camera import linear_view
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.verify.bounds.error_model import ErrorModel
 
@@ -182,6 +183,16 @@ def seen_along(view, depth, positions, normals=None, turns=None, ways=None):
     """Buffers whose texels look in directions of their own."""
     made = Buffers(view, depth, positions, normals, turns)
     vars(made)["directions"] = ways
+    return made
+
+
+def in_distances(shown):
+    """Buffers of a perspective camera with distances along its axis as depth, and the reversed depth they are of."""
+    near, far = shown.view.lens[4:6]
+    reverse = np.where(shown.depth < np.inf, 1 - shown.depth.astype(float), 0.0).astype(np.float32).astype(float)
+    z = np.where(shown.depth < np.inf, near * far / (near + reverse * (far - near)), np.inf)
+    made = Buffers(linear_view(shown.view), z.astype(np.float32), shown.positions, shown.normals, shown.turns)
+    vars(made)["reversed"] = reverse
     return made
 
 

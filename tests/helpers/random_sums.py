@@ -122,6 +122,10 @@ def linear_z(ar, given):
     if given.view.screen_to_world is None:
         return depth
     near_plane, far = given.view.lens[4:6]
+    if given.view.linear:  # as it is, or made of the reversed depth that it is of
+        made = ar.fused(given.reversed, single(far - near_plane), single(near_plane))
+        made = np.where(np.isfinite(depth), ar.divide(single(near_plane * far), made), np.inf)
+        return ar.choose(ar.lot(0.5), depth, made)
     if given.view.lens[6]:
         return ar.fused(depth, single(far - near_plane), single(near_plane))
     out = ar.subtract(single(far), ar.multiply(depth, single(far - near_plane)))

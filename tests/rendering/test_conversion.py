@@ -122,11 +122,15 @@ def test_buffers_of_any_convention_are_those_of_render(seen, tmp_path, conventio
     buffers = buffers_of(made, read_description(path, "", size))
     surface = seen.surface
     assert np.array_equal(np.isfinite(buffers.depth), surface)
-    n, f = seen.near, seen.far
-    wanted = seen.parts["depth"][..., 0].astype(np.float64)
-    if convention.get("endless") and not seen.orthographic:
+    n, f, kind = seen.near, seen.far, convention.get("depth_kind", "window")
+    wanted, off = seen.parts["depth"][..., 0].astype(np.float64), {"rtol": 0, "atol": 2e-7}
+    linear = kind in ("linear", "view-z") or (kind == "reversed" and not seen.orthographic)
+    assert buffers.view.linear == linear
+    if linear:  # distances keep their digits, and reversed depth has them
+        wanted, off = seen.z, {"rtol": 2.0**-24 if kind != "reversed" else 2e-6, "atol": 0}
+    elif convention.get("endless") and not seen.orthographic:
         wanted = wanted * (1 - n / f)
-    np.testing.assert_allclose(buffers.depth[surface], wanted[surface], rtol=0, atol=2e-7)
+    np.testing.assert_allclose(buffers.depth[surface], wanted[surface], **off)
     near = 2e-6 * seen.z[surface].max() * (1 if seen.orthographic else seen.z[surface].max() / n)
     np.testing.assert_allclose(buffers.positions[surface], seen.parts["positions"][surface], rtol=0, atol=near)
     np.testing.assert_allclose(buffers.normals[surface], seen.parts["normals"][surface], rtol=0, atol=1e-6)

@@ -69,7 +69,7 @@ def lf_radii(
 
     points: (n, 3), offsets in the unit ball, which all weigh 1 / n; weights are not read.
     """
-    depth, view = buffers.depth, buffers.view
+    view, depth = buffers.view, buffers.view.image_z(buffers.depth)
     positions = buffers.positions if view.screen_to_world is None else ssao.unprojected(depth, view.screen_to_world)
     return ssao.algorithm2_of_radii(depth, positions, view.world_to_image, points, radii, buffers.turns)
 
@@ -86,7 +86,7 @@ def in_ball(
     """
     from lfssao.ao.estimators.kernels import point as kernels  # late: 'lf', the default, does not need it
 
-    depth, dtype = buffers.depth, buffers.depth.dtype.type
+    depth, dtype = buffers.view.image_z(buffers.depth), buffers.depth.dtype.type
     with np.errstate(over="ignore"):  # the square of a very large radius is infinite: all is in reach
         offsets = np.ascontiguousarray(radius * np.asarray(points, np.float64), dtype)
         reach = dtype(float(radius) * float(radius)) if options.range_check else dtype(np.inf)

@@ -35,7 +35,10 @@ class FlatModule(NamedTuple):
 
 
 class Pinhole(NamedTuple):
-    """MATRIX: focal lengths and centre, texels, near and far plane; an orthographic camera has texels per unit."""
+    """MATRIX: focal lengths and centre, texels, near and far plane; an orthographic camera has texels per unit.
+
+    Depth is z of cast space where ``linear`` is not 0, else screen space z.
+    """
 
     f_u: Any
     f_v: Any
@@ -44,7 +47,7 @@ class Pinhole(NamedTuple):
     near: Any
     far: Any
     orthographic: Any
-    nothing: Any
+    linear: Any
 
 
 @kernel(inline=True)
@@ -110,11 +113,13 @@ def write_lines(rays, m, u, v, lines):
 
 @kernel
 def image_depth(rays, z):
-    """The depth texture's value for a point at z of cast space: a display's z, a camera's screen space z."""
+    """The depth texture's value for a point at z of cast space: z of a display or a linear camera, else screen z."""
     kind, numbers = rays
     if kind != MATRIX:
         return z
     camera = pinhole(numbers)
+    if camera.linear != 0.0:
+        return z
     near, far = camera.near, camera.far
     if camera.orthographic == 0.0:
         return far / (far - near) * (1.0 - near / z)

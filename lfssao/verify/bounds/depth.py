@@ -25,10 +25,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
 
+from lfssao.ao.estimators.sao.texel_rays import plane_constants
 from lfssao.core.affine import transform_points
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY
+from lfssao.optics.kernels.rays import Pinhole
 from lfssao.optics.view import View, WorldToImage
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, exactly, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
@@ -56,11 +58,34 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     depth_kernels.depth_ranges(view.rays, view.width, reach, vertices, caster.mesh.faces, triangles, lower, upper)
     # Rounding of z in cast space: ROUNDINGS operations on the largest numbers that make it.
     slack = ROUNDINGS * chosen.operation * float(np.abs(vertices).max() + np.abs(view.cast_from_world[:, 3]).max())
-    if view.screen_to_world is not None:  # depth changes with z by so much at most; twice more for its own roundings
+    # Screen space z changes with z by so much at most; twice more for its own roundings.
+    if view.screen_to_world is not None and not view.linear:
         near, far, orthographic = view.lens[4:7].tolist()
         slack *= 3 * (1.0 if orthographic else far / near) / (far - near)
     low, high = np.min(lower - slack, axis=0), np.max(upper + slack, axis=0)
     return Bounds(up_to_single(low).reshape(shape), down_to_single(high).reshape(shape))
+
+
+def distance_ends(view: View, lower: FloatArray, upper: FloatArray, model: ErrorModel) -> tuple[FloatArray, FloatArray]:
+    """Least and largest distance along a camera's axis that a renderer may make of screen z between two ends."""
+    camera = Pinhole(*view.lens.tolist())
+    near, far = camera.near, camera.far
+    c = (0.0, far - near, near) if camera.orthographic else plane_constants(near, far)
+
+    def sum_of(depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Sum d c_1 + c_2, and how far it may be off."""
+        product = np.where(depth < np.inf, depth, 0.0) * c[1]
+        return product + c[2], 6 * model.operation * (np.abs(product) + abs(c[2]))
+
+    (low, low_off), (high, high_off) = sum_of(lower), sum_of(upper)
+    if camera.orthographic:
+        low, high = low - low_off, high + high_off
+    else:
+        slack, low, high = model.quotient + 2 * model.operation, low + low_off, high - high_off
+        with np.errstate(divide="ignore"):
+            low = np.where(low > 0, c[0] * (1 - slack) / np.abs(low), np.inf)
+            high = np.where(high > 0, c[0] * (1 + slack) / np.abs(high), np.inf)
+    return np.where(lower < np.inf, low, np.inf), np.where(upper < np.inf, high, np.inf)
 
 
 def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: str | ErrorModel = "shader") -> Bounds:

@@ -53,6 +53,7 @@ def explain(
     model: str | ErrorModel = "shader",
     screen_to_world: Matrix | None = None,
     turns: Texture | None = None,
+    room: float = 0.0,
 ) -> list[Sample]:
     """The samples of one texel, (column, row), those that come nearest to another outcome first.
 
@@ -62,7 +63,8 @@ def explain(
     """
     chosen = find_model(model)
     chosen = MODELS["nearest"] if chosen.exact else chosen
-    seen = with_depths(seen_by(depth, positions, world_to_image, radius, screen_to_world, turns), chosen)
+    given = seen_by(depth, positions, world_to_image, radius, screen_to_world, turns, room)
+    seen = with_depths(given, chosen)
     i, j = texel
     if not depth[j, i] < np.inf:
         return []

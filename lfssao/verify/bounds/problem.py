@@ -11,7 +11,7 @@ from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.kernels.seen import CAST, NOTHING, Seen
-from lfssao.verify.bounds.ssao import seen_by, single, with_depths
+from lfssao.verify.bounds.ssao import image_depth, seen_by, single, with_depths
 
 Options = Mapping[str, Value]
 Weights = NDArray[np.floating[Any]] | None
@@ -30,7 +30,8 @@ class Problem(NamedTuple):
     def surface(self, radius: float, directions: bool = True, kind: int = CAST, background: float = np.inf) -> Seen:
         """The view as kernels take it, with depths of that kind (``with_depths``)."""
         seen, view = self.seen, self.seen.view
-        made = seen_by(seen.depth, seen.positions, view.world_to_image, radius, None, seen.turns)
+        depth, room = image_depth(view, seen.depth, self.model)
+        made = seen_by(depth, seen.positions, view.world_to_image, radius, None, seen.turns, room)
         made = made._replace(
             normals=NOTHING if seen.normals is None else np.ascontiguousarray(seen.normals),
             directions=np.ascontiguousarray(seen.directions) if directions else NOTHING,

@@ -23,17 +23,17 @@ from lfssao.ao.estimators.sao.estimator import (
 )
 from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
 from lfssao.ao.estimators.sao.kernels.scalable import Falloff
-from lfssao.ao.estimators.sao.texel_rays import plane_constants, texel_rays
+from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.ao.reference import gaussian_weights
 from lfssao.core.elementary import power
-from lfssao.optics.kernels.rays import Pinhole
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, exactly, up_to_single
+from lfssao.verify.bounds.depth import distance_ends
 from lfssao.verify.bounds.error_model import ULP, ErrorModel
 from lfssao.verify.bounds.kernels import sao_bounds as kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.kernels.seen import NOTHING
 from lfssao.verify.bounds.problem import Ends, Problem
-from lfssao.verify.bounds.ssao import single
+from lfssao.verify.bounds.ssao import distance_error, single
 
 
 def sao(given: Problem, radius: float) -> Bounds:
@@ -72,20 +72,11 @@ def _sampled(
 
 
 def _linear_z(given: Problem) -> Ends:
-    """Ends of linear z: a module's depth, or what a camera's division makes of it."""
-    seen, errors = given.seen, given.model.errors
-    depth, there = seen.depth.astype(np.float64), seen.depth < np.inf
-    if seen.view.screen_to_world is None:
-        return depth, depth
-    camera = Pinhole(*seen.view.lens.tolist())
-    near, far, d = camera.near, camera.far, np.where(there, depth, 0.0)
-    c = (0.0, far - near, near) if camera.orthographic else plane_constants(near, far)
-    below, off = d * c[1] + c[2], 6 * errors.operation * (np.abs(d * c[1]) + abs(c[2]))
-    if camera.orthographic:
-        return np.where(there, below - off, np.inf), np.where(there, below + off, np.inf)
-    slack = errors.quotient + 2 * errors.operation
-    low = np.where(there & (below > -off), c[0] * (1 - slack) / np.abs(below + off), np.inf)
-    return low, np.where(there & (below > off), c[0] * (1 + slack) / np.abs(below - off), np.inf)
+    """Ends of linear z: the depth of a module or a linear camera, or what a camera's division makes of it."""
+    view, depth = given.seen.view, given.seen.depth.astype(np.float64)
+    if view.linear:
+        return depth * (1 - distance_error(given.model)), depth * (1 + distance_error(given.model))
+    return (depth, depth) if view.screen_to_world is None else distance_ends(view, depth, depth, given.model)
 
 
 def _hierarchy(

@@ -14,7 +14,7 @@ from lfssao.ao.textures import check_turns
 from lfssao.core.affine import Matrix
 from lfssao.errors import InputError
 from lfssao.optics.kernels.projection import MATRIX, Projection
-from lfssao.optics.view import WorldToImage
+from lfssao.optics.view import View, WorldToImage
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import projection_bounds
@@ -34,16 +34,18 @@ def ao_bounds(
     model: str | ErrorModel = "shader",
     screen_to_world: Matrix | None = None,
     turns: Texture | None = None,
+    room: float = 0.0,
 ) -> Bounds:
     """Bounds of LF's Algorithm 2, or of Algorithm 1 with ``screen_to_world``: k_lo / n to k_hi / n as they may round.
 
-    Arguments are those of ``lfssao.algorithm2`` and ``lfssao.algorithm1``, textures in float32. Renderers have the
-    numbers of the mapping and of ``screen_to_world`` rounded to float32, and the turns as they are; positions are not
-    read by Algorithm 1. InputError if a shape, a dtype, the radius or the model is wrong.
+    Arguments are those of ``lfssao.algorithm2`` and ``lfssao.algorithm1``, textures in float32, and ``room``, the
+    relative error of depth (``image_depth``). Renderers have the numbers of the mapping and of ``screen_to_world``
+    rounded to float32, and the turns as they are; positions are not read by Algorithm 1. InputError if a shape, a
+    dtype, the radius or the model is wrong.
     """
     chosen = find_model(model)
     points = sample_points(samples, radius)
-    seen = seen_by(depth, positions, world_to_image, radius, screen_to_world, turns)
+    seen = seen_by(depth, positions, world_to_image, radius, screen_to_world, turns, room)
     if chosen.exact:
         if screen_to_world is None:
             made = algorithm2(depth, seen.positions, world_to_image, samples, radius, turns)
@@ -68,6 +70,7 @@ def seen_by(
     radius: float,
     screen_to_world: Matrix | None = None,
     turns: Texture | None = None,
+    room: float = 0.0,
 ) -> Seen:
     """The arguments of ``ao_bounds``, checked as there and rounded as a renderer's are."""
     check_single("depth", depth, 2)
@@ -95,7 +98,26 @@ def seen_by(
         kind=world_to_image.kind,
         numbers=single(world_to_image.numbers),
         radius=float(radius),
+        room=float(room),
     )
+
+
+def distance_error(model: ErrorModel) -> float:
+    """Relative error of distances along a camera's axis.
+
+    Renderers may make them of reversed depth, n f / (n + d (f - n)), of constants that are rounded, and we round once.
+    """
+    return model.quotient + 6 * model.operation
+
+
+def image_depth(view: View, depth: Texture, model: ErrorModel) -> tuple[Texture, float]:
+    """Image z of a view's depth texture, and the relative error by which that of a renderer may differ.
+
+    A renderer makes -1 / distance by a division that need not be rounded as ours, or compares distances themselves,
+    whose rounding is less.
+    """
+    image = view.image_z(depth)
+    return image, 0.0 if image is depth or model.exact else distance_error(model) + model.quotient + 2.0**-24
 
 
 def with_depths(seen: Seen, model: ErrorModel, kind: int = IMAGE, background: float = np.inf) -> Seen:

@@ -2,7 +2,7 @@
 
 Storing rounds to the format's nearest number and holds within its range, which keeps the order. So an interval's ends
 are stored as well, and it widens by half a step of the format at most. A depth of whole numbers has no infinity: its
-largest code, to which depth buffers are cleared, is no surface.
+largest code, to which depth buffers are cleared, is no surface. Distances along a camera's axis are a depth, too.
 
 The next pass may read the texture, or have its numbers in registers, from before they were stored, and shared memory
 may hold some of each: ``either`` has both.
@@ -18,6 +18,8 @@ from lfssao.core.srgb import code_edges, to_codes, to_linear
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel
 
+LINEAR = "linear"  # a format's word: distances along the axis of a camera, whose depth is screen z
+
 # Types in files, codes of 1 (0 for floats), and how far conversions may be off, relative; it decides ties, too.
 FORMATS: dict[str, tuple[type[np.generic], int, float]] = {
     "float": (np.float32, 0, 0.0),
@@ -30,15 +32,16 @@ FORMATS: dict[str, tuple[type[np.generic], int, float]] = {
 
 @dataclass(frozen=True)
 class Stored:
-    """How a renderer stores a texture: its format, whether it is 1 - occlusion, and whether it is a depth."""
+    """How a renderer stores a texture: its format, whether it is 1 - occlusion, a depth, or distances."""
 
     format: str
     visibility: bool = False
     depth: bool = False
+    linear: bool = False
 
     def __str__(self) -> str:
         stored = [f"stored as {self.format}"] * (self.format != "float")
-        return ", ".join(["1 - visibility"] * self.visibility + stored)
+        return ", ".join(["1 - visibility"] * self.visibility + [LINEAR] * self.linear + stored)
 
     def read(self, codes: NDArray[Any]) -> Texture:
         """The float32 values that a texture unit reads, as occlusion; float32 ones were read before."""

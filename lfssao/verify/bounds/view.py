@@ -16,7 +16,7 @@ from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bo
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import BOUNDED, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
-from lfssao.verify.bounds.ssao import ao_bounds
+from lfssao.verify.bounds.ssao import ao_bounds, image_depth
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import Arrays, Parameters, described_mapping, described_options, described_turns, described_view
 
@@ -30,8 +30,10 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
         return None
     turns = described_turns(parameters, inputs)
     if name == "lf":
-        back = None if back is None else np.array(back)
-        return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back, turns)
+        room, back = 0.0, None if back is None else np.array(back)
+        if "view" in parameters:
+            depth, room = image_depth(described_view(parameters), depth, model)
+        return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back, turns, room)
     if name not in BOUNDED or model.exact or positions is None:
         return None
     seen = Buffers(described_view(parameters), depth, positions, inputs.get("normals"), turns)
@@ -80,7 +82,10 @@ class ViewBounds:
         if depth is None:
             return None
         off = self._stored["depth"].half_steps(depth) if "depth" in self._stored else 0.0
-        return PositionBounds(described_mapping(self._parameters), depth, self._model, off=off)
+        image = described_view(self._parameters).image_z(depth)
+        off = off + self._parameters.get("distance_off", 0.0)
+        off = off if image is depth else off * image.astype(np.float64) ** 2  # as -1 / depth changes
+        return PositionBounds(described_mapping(self._parameters), image, self._model, off=off)
 
     def _stage(self, name: str) -> Bounds | None:
         """Bounds of a texture of the later passes."""

@@ -12,11 +12,13 @@ from lfssao.core.memory import check_available
 from lfssao.errors import InputError, check_type, shown
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import BOUNDED
+from lfssao.verify.bounds.stored import LINEAR
 from lfssao.verify.case import VIEW, Array, Arrays, Case
 from lfssao.verify.compare.background import PLACED, found_background, replaced, with_background
 from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, check_comparable
+from lfssao.verify.compare.linear import check_camera, with_distances
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import WORST_RANK, Panels
 from lfssao.verify.compare.power import Power, power_of
@@ -188,6 +190,8 @@ class Comparison:
         matcher = Matcher(parts, reference, self._storage.rules)
         found = self._found(module, matcher, reference)
         wanted = [layer for layer in reference if self._wanted is None or layer.name in self._wanted]
+        if self._storage.formats.get("depth") == LINEAR:
+            check_camera(case)
         try:
             self._judge(module, wanted, found, case)
         except InputError as error:
@@ -219,12 +223,17 @@ class Comparison:
         layers = {name: layer for name, layer in found.items() if isinstance(layer, Layer)}
         mine = {name: layer.texture.reshape(case.outputs[name].shape) for name, layer in layers.items()}
         stored = {name: layer.stored for name, layer in layers.items() if layer.stored is not None}
-        empty = self._without_background(mine, layers, case)
         names = [layer.name for layer in wanted if layer.name in layers]
         seen = [name for name in names if name in ("depth", "color")]
         if self._surface is not None and any(not equal_bits(mine[n], case.outputs[n]).all() for n in seen):
             shape = case.outputs["depth"].shape if "depth" in case.outputs else ()  # casting rays takes long
             case = replace(case, bounds=self._surface.bounds(self._reference.entries[module], shape, self._model))
+        if "depth" in stored and stored["depth"].linear:
+            case, mine = with_distances(case, mine, self._model)
+            layers["depth"] = replace(layers["depth"], planes=(mine["depth"],))
+            made = case.outputs["depth"]
+            wanted = [replace(each, planes=(made,)) if each.name == "depth" else each for each in wanted]
+        empty = self._without_background(mine, layers, case)
         judgements = judge(mine, case, self._model, names, stored)
         judgements |= {name: with_background(judgements[name], empty[name][1]) for name in names if name in empty}
         lacking = _without_intervals(list(case.outputs)) if case.stage == VIEW else set()

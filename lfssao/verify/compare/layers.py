@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.rendering.image_file import ImagePart
-from lfssao.verify.bounds.stored import FORMATS, Stored
+from lfssao.verify.bounds.stored import FORMATS, LINEAR, Stored
 from lfssao.verify.verdict import Plane, Planes
 
 # The order of the passes: the earlier one of two stages that differ is to blame.
@@ -219,8 +219,10 @@ class Storage:
 
     def __init__(self, formats: Mapping[str, str], rules: Mapping[str, str]) -> None:
         for name, word in formats.items():
-            if word not in FORMATS or name == "positions" or (word == "srgb8" and name not in _COLORS):
-                raise InputError(f"--stored: {name} cannot be '{word}'; formats are {', '.join(FORMATS)} (of colours)")
+            wrong = name == "positions" or (word == "srgb8" and name not in _COLORS)
+            if wrong or (word not in FORMATS and (name, word) != ("depth", LINEAR)):
+                known = f"formats are {', '.join(FORMATS)} (of colours), {LINEAR} (of depth)"
+                raise InputError(f"--stored: {name} cannot be '{word}'; {known}")
         self.formats, self.rules = formats, {name.removeprefix(_VISIBILITY): mine for name, mine in rules.items()}
         self._turned = set(self.rules) - set(rules)
         if len(self.rules) < len(rules):
@@ -235,12 +237,14 @@ class Storage:
         word, said = "float", self.formats.get(name)
         if occlusion or name in (*_COLORS, "depth"):
             word = "srgb8" if kind == "uint8" and name in _COLORS else _OF_TYPE.get(kind, word)
-        word = said or word
+        linear, word = said == LINEAR, (said if said != LINEAR else word) or word
+        if linear and kind not in ("float32", "float16"):
+            raise MismatchError(f"it is of {kind}, distances are float32 or half")
         if others or kind not in ("float32", FORMATS[word][0].__name__) or right.planes[0].dtype.name != "float32":
             if said or visibility:
                 raise MismatchError(f"it is of {kind}, the reference's of {right.planes[0].dtype}: not {said or '1-'}")
             return mine
-        if word == "float" and not visibility:
+        if word == "float" and not visibility and not linear:
             return mine
-        stored = Stored(word, visibility, name == "depth")
+        stored = Stored(word, visibility, name == "depth", linear)
         return replace(mine, planes=tuple(stored.read(plane) for plane in mine.planes), stored=stored)

@@ -6,7 +6,8 @@ from lfssao.samples.rotation import float32_rounding
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.explain import explain
-from lfssao.verify.case import VIEW, Arrays, Case, described_mapping, described_turns
+from lfssao.verify.bounds.ssao import image_depth
+from lfssao.verify.case import VIEW, Arrays, Case, described_mapping, described_turns, described_view
 from lfssao.verify.judge import inputs_of
 
 _LEAST_NOISE = 5e-4  # radians: half of float32's spacing at the angle
@@ -32,7 +33,7 @@ def reason_of(
         textures = [mine.get(layer, case.outputs.get(layer)) for layer in layers]
         values = ", ".join(f"{texture[j, i]:.7g}" for texture in textures if texture is not None)
         return f"the radii have {values}" if values else ""
-    if name in ("depth", "color") and bounds is not None and name in case.bounds:
+    if name in ("depth", "color") and bounds is not None and name in case.bounds and bounds.ranges is None:
         missed = name == "depth" and bounds.lower[j, i] == np.inf
         seen = "nothing" if missed else f"this interval of {name}"
         return f"nine rays into the mesh, within {model.centre:.2g} texel of the texel's centre, see {seen}"
@@ -71,5 +72,6 @@ def _occlusion_reason(
         return ""
     place, mapping = (texel[0] + guard, texel[1] + guard), described_mapping(parameters)
     turns, samples, radius = described_turns(parameters, inputs), inputs["samples"], parameters["radii"][k]
-    found = explain(place, depth, positions, mapping, samples, radius, model, back, turns)
+    depth, room = image_depth(described_view(parameters), depth, model)
+    found = explain(place, depth, positions, mapping, samples, radius, model, back, turns, room)
     return str(found[0]) if found else "no surface is seen there"

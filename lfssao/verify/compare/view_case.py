@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators.registry import ESTIMATORS, check_samples, find_estimator, full_parameters
 from lfssao.ao.post import MAX_SIGMA
 from lfssao.errors import errors_of
-from lfssao.optics.view import KINDS
+from lfssao.optics.view import KINDS, View
 from lfssao.rendering.folder import reading_manifest
 from lfssao.rendering.image_file import read_angles
 from lfssao.rendering.manifest import ANGLES, view_of
@@ -39,17 +39,24 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
     rotation = "none" if rotation == "angles" else rotation  # turns are an input then
     check_rotation(rotation, settings.get("rotation_seed", 0))
     return {
-        "mapping": {"kind": KINDS[made.world_to_image.kind], "numbers": made.world_to_image.numbers},
-        "screen_to_world": made.screen_to_world,
+        **view_parameters(made),
         "sigma": sigma,
         "guard": made.guard,
-        "view": {name: value for name, value in vars(made).items() if name != "world_to_image"},
         "radii": tuple(float(radius) for radius in settings["radii"]),
         "estimator": "lf with neighbours" if settings["neighbours"] else settings["estimator"],
         "options": {},
         "units": settings.get("units", "radii"),
         "rotation": rotation,
         "rotation_seed": int(settings.get("rotation_seed", 0)),
+    }
+
+
+def view_parameters(view: View) -> dict[str, Any]:
+    """A view among the parameters of a case."""
+    return {
+        "mapping": {"kind": KINDS[view.world_to_image.kind], "numbers": view.world_to_image.numbers},
+        "screen_to_world": view.screen_to_world,
+        "view": {name: value for name, value in vars(view).items() if name != "world_to_image"},
     }
 
 

@@ -346,7 +346,7 @@ class WrongTexture:
         return surface.Positions(
             **at,
             **self._view,
-            depth=_taken(depth, at["columns"], at["rows"]),
+            depth=_taken(described_view(parameters).image_z(depth), at["columns"], at["rows"]),
             model=self.model,
             cast_from_world=parameters["view"]["cast_from_world"],
             size=depth.shape[::-1],
@@ -365,7 +365,8 @@ class WrongTexture:
 
     def _samples(self, at: Texels) -> Occlusion | None:
         """Occlusion of Algorithms 1 and 2, and of ``point`` and ``hemisphere``."""
-        parameters, inputs, depth = self.case.parameters, self.inputs, self.inputs["depth"]
+        parameters, inputs = self.case.parameters, self.inputs
+        depth = described_view(parameters).image_z(inputs["depth"])
         estimator, options, back = parameters["estimator"], parameters["options"], parameters["screen_to_world"]
         positions, mapping, half = inputs.get("positions"), described_mapping(parameters), estimator == "hemisphere"
         by_matrix = estimator == "lf" and back is not None

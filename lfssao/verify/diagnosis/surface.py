@@ -95,7 +95,7 @@ class Depth(Image):
             seen = sight.cast(self.caster, cast, self.columns + du, self.rows + dv)
             return seen - self._below, seen + self._above
         u, v, z = self.sight.view.world_to_image(sight.points(self.columns, self.rows, self.mine)).T
-        off = self.mine - z
+        off = self.mine - self.sight.depth_of(z)
         low, high = self._around(np.nan_to_num(u - 0.5, nan=-1e6), np.nan_to_num(v - 0.5, nan=-1e6))
         height, width = self.lower.shape
         inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)  # nobody knows the surface beyond

@@ -64,9 +64,19 @@ class Sight:
     def deepened(self, depth: NDArray[Any]) -> NDArray[Any]:
         """Depths, +infinity for none, as the mapping's image z."""
         if not self.pinhole:
-            return depth
+            return depth  # a linear camera's is given as image z
         with np.errstate(all="ignore"):
             return np.where(np.isfinite(depth), 1 / (self.view.lens[1] - depth.astype(np.float64)), np.inf)
+
+    @property
+    def _by_screen(self) -> bool:
+        """Whether depth is a camera's screen space z, and no distance."""
+        return self.view.screen_to_world is not None and not self.view.linear
+
+    def depth_of(self, image_z: FloatArray) -> FloatArray:
+        """Depth of image z, what ``View.image_z`` undoes."""
+        perspective = self.view.linear and not self.view.lens[6]
+        return np.asarray(-1 / image_z) if perspective else image_z
 
     def lines(self, columns: NDArray[Any], rows: NDArray[Any]) -> FloatArray:
         """Rays of texels as lines of the world, (K, 8) (``lfssao.optics.kernels.rays.write_lines``)."""
@@ -83,7 +93,7 @@ class Sight:
     def points(self, columns: NDArray[Any], rows: NDArray[Any], depth: FloatArray) -> FloatArray:
         """World points, (K, 3), of texels that see a depth."""
         lines, z = self.lines(columns, rows), np.asarray(depth, np.float64)
-        if self.view.screen_to_world is not None:
+        if self._by_screen:
             near, far, orthographic = self.view.lens[4:7].tolist()
             z = near + z * (far - near) if orthographic else near / (1 - z * (1 - near / far))
         return np.asarray(lines[:, :3] + z[:, None] * (lines[:, 3:6] - lines[:, :3]))
@@ -94,7 +104,7 @@ class Sight:
         for k in (0, 3):
             lines[:, k : k + 3] = transform_points(cast_from_world, lines[:, k : k + 3])
         z = caster.first_depths(lines)
-        if self.view.screen_to_world is None:
+        if not self._by_screen:
             return z
         near, far, orthographic = self.view.lens[4:7].tolist()
         return np.asarray((z - near) / (far - near) if orthographic else far / (far - near) * (1 - near / z))

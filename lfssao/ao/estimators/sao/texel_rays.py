@@ -58,9 +58,9 @@ def plane_constants(near: float, far: float) -> tuple[float, float, float]:
 
 
 def linear_z(buffers: Buffers) -> Texture:
-    """Return the view's z of cast space, (H, W): its depth texture on a module, equation 2 of SAO on a camera."""
+    """Return the view's z of cast space, (H, W): its depth texture, but equation 2 of SAO of a camera's screen z."""
     view, depth = buffers.view, np.ascontiguousarray(buffers.depth)
-    if view.rays.kind != MATRIX:
+    if view.rays.kind != MATRIX or view.linear:
         return depth
     camera = Pinhole(*view.lens.tolist())
     near, far, perspective = camera.near, camera.far, not camera.orthographic

@@ -23,7 +23,7 @@ NOTHING = np.empty((0, 0, 3), np.float32)
 class Seen(NamedTuple):
     """A view and its textures, which are empty where they are not read; numbers are float32 ones, held as float64."""
 
-    depth: Any  # (H, W) float32
+    depth: Any  # (H, W) float32: image z
     positions: Any  # (H, W, 3) float32, world coordinates; empty where Algorithm 1 makes them from depth
     turns: Any  # (2, H, W) float32: cosine and sine by which each texel's samples are turned
     back: Any  # (16,): ``screen_to_world``
@@ -36,6 +36,7 @@ class Seen(NamedTuple):
     right: Any = np.zeros(3)  # the view's rightward direction
     low: Any = np.empty((0, 0))  # (H, W) float64: least and largest depth of each surface, by ``write_depths``
     high: Any = np.empty((0, 0))
+    room: float = 0.0  # relative error of depth, where renderers may make image z of another
 
 
 class Box(NamedTuple):
@@ -63,11 +64,18 @@ def turn_of(seen, j, i):
 
 
 @kernel(inline=True)
+def depth_of(seen, j, i):
+    """A texel's depth."""
+    depth = np.float64(seen.depth[j, i])
+    return Pair(depth, seen.room * abs(depth) if seen.room > 0.0 else 0.0)  # it may be -infinity
+
+
+@kernel(inline=True)
 def texel_point(seen, j, i, by):
     """World coordinates of a texel's surface as pairs: given, or made as in Algorithm 1, line 3."""
     if seen.back.shape[0] == 0:
         return triple(seen.positions[j, i])
-    place = at_point((exact(i + 0.5), exact(j + 0.5), exact(np.float64(seen.depth[j, i]))))
+    place = at_point((exact(i + 0.5), exact(j + 0.5), depth_of(seen, j, i)))
     a, b, c, w = rows_of(Projection(MATRIX, seen.back), place, by.operation)
     return div(a, w, by), div(b, w, by), div(c, w, by)
 
@@ -125,8 +133,8 @@ def write_depths(begin, stop, seen, kind, background, by, low, high):
     """
     for j in range(begin, stop):
         for i in range(seen.depth.shape[1]):
-            depth = np.float64(seen.depth[j, i])
-            low[j, i], high[j, i] = depth, depth
+            depth, off = depth_of(seen, j, i)
+            low[j, i], high[j, i] = depth - off, depth + off
             if not depth < np.inf:
                 low[j, i], high[j, i] = background, background
             elif kind == POSITIONS or (kind == CAST and seen.kind == MATRIX):

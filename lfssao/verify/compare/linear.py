@@ -1,0 +1,86 @@
+"""Another renderer's distances along a camera's axis, where the reference's depth is screen space z.
+
+Distances are judged against screen z, by what a renderer may make of it. Later stages are made of the distances, and
+are judged in a linear view: between planes at 0.1 and 50, screen z of 5 is off by 50 times more than float32 is.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from lfssao.errors import InputError
+from lfssao.gbuffer.kernels.surface import write_surface
+from lfssao.optics.camera import linear_view
+from lfssao.optics.view import View
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, exactly, up_to_single
+from lfssao.verify.bounds.depth import depth_bounds_of, distance_ends
+from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.case import VIEW, Array, Arrays, Case, described_view
+from lfssao.verify.compare.view_case import view_parameters
+
+_FARTHEST = 1 - 2.0**-22  # of the far plane's distance: from there on there is no surface
+
+
+def check_camera(case: Case) -> None:
+    """Refuse (InputError) cases that are not of a camera's view, whose depth no distances along an axis are."""
+    if case.stage != VIEW or case.parameters["screen_to_world"] is None:
+        raise InputError("--stored: depth cannot be 'linear': the reference is not of a camera")
+
+
+def with_distances(case: Case, mine: Arrays, model: ErrorModel) -> tuple[Case, dict[str, Array]]:
+    """The case of a linear view, and the renderer's textures, whose depth holds distances, infinite for no surface.
+
+    No surface is infinity, 0, or from the far plane on. Positions that the renderer did not write are those of its
+    distances. Bounds of depth are among the case's.
+    """
+    view, own = described_view(case.parameters), mine["depth"]
+    far = float(view.lens[5])
+    own = np.where((own == 0) | (own >= far * _FARTHEST), own.dtype.type(np.inf), own)
+    mine = {**mine, "depth": own}
+    if view.linear:
+        return case, mine
+    linear, right, outputs = linear_view(view), case.outputs["depth"], dict(case.outputs)
+    outputs["depth"] = _distance(view, right).astype(np.float32)
+    if "positions" in outputs and "positions" not in mine and not np.isnan(own).any():
+        outputs["positions"] = _positions(linear, own)
+    parameters = {**case.parameters, **view_parameters(linear), "distance_off": _conversion_error(view, own, model)}
+    known = case.bounds.get("depth") or depth_bounds_of(right, model)
+    bounds = exactly(outputs["depth"]) if model.exact else _in_distances(view, known, model)
+    return replace(case, parameters=parameters, outputs=outputs, bounds={**case.bounds, "depth": bounds}), mine
+
+
+def _distance(view: View, depth: Texture) -> FloatArray:
+    """Distances of screen space z."""
+    near, far, orthographic = view.lens[4:7].tolist()
+    d = np.where(depth < np.inf, depth.astype(np.float64), 0.0)
+    z = near + d * (far - near) if orthographic else near / (1 - d * (1 - near / far))
+    return np.where(depth < np.inf, z, np.inf)
+
+
+def _positions(view: View, distances: Texture) -> Texture:
+    """World positions, (H, W, 3) float32, of distances on the texels' rays."""
+    triangle, depth = np.where(np.isfinite(distances), 0, -1), np.empty_like(distances)
+    positions = np.empty((*distances.shape, 3), np.float32)
+    write_surface(view.rays, np.ravel(view.world_from_cast), triangle, distances.astype(np.float64), depth, positions)
+    return positions
+
+
+@np.errstate(all="ignore")  # a wrong distance may be any number
+def _conversion_error(view: View, distances: Texture, model: ErrorModel) -> FloatArray:
+    """How far distances may be off that a renderer made of screen space z, (H, W); 0 where there is no surface."""
+    near, far, orthographic = view.lens[4:7].tolist()
+    z = distances.astype(np.float64)
+    screen = (z - near) / (far - near) if orthographic else far / (far - near) * (1 - near / z)
+    lower, upper = distance_ends(view, screen, screen, model)
+    return np.where(np.isfinite(z), np.fmax(upper - z, z - lower), 0.0)
+
+
+def _in_distances(view: View, bounds: Bounds, model: ErrorModel) -> Bounds:
+    """Bounds of the distances that renderers make of screen space z within bounds."""
+
+    def ends(lower: Texture, upper: Texture) -> tuple[Texture, Texture]:
+        low, high = distance_ends(view, lower.astype(np.float64), upper.astype(np.float64), model)
+        return up_to_single(low), down_to_single(high)
+
+    lower, upper = ends(bounds.lower, bounds.upper)
+    return replace(bounds, lower=lower, upper=upper, ranges=None if bounds.ranges is None else ends(*bounds.ranges))

@@ -174,7 +174,8 @@ class Occlusion(Problem):
         made = self.changed(sight=sight, depth=sight.deepened(self.depth))
         if self.corners is None:
             return made
-        return made.changed(points=sight.points(self.columns, self.rows, self.depth[self.rows, self.columns]))
+        own = self.sight.depth_of(self.depth[self.rows, self.columns])
+        return made.changed(points=sight.points(self.columns, self.rows, own))
 
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""

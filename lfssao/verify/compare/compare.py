@@ -224,10 +224,7 @@ class Comparison:
         mine = {name: layer.texture.reshape(case.outputs[name].shape) for name, layer in layers.items()}
         stored = {name: layer.stored for name, layer in layers.items() if layer.stored is not None}
         names = [layer.name for layer in wanted if layer.name in layers]
-        seen = [name for name in names if name in ("depth", "color")]
-        if self._surface is not None and any(not equal_bits(mine[n], case.outputs[n]).all() for n in seen):
-            shape = case.outputs["depth"].shape if "depth" in case.outputs else ()  # casting rays takes long
-            case = replace(case, bounds=self._surface.bounds(self._reference.entries[module], shape, self._model))
+        case = self._with_surface(module, mine, case, names)
         if "depth" in stored and stored["depth"].linear:
             case, mine = with_distances(case, mine, self._model)
             layers["depth"] = replace(layers["depth"], planes=(mine["depth"],))
@@ -236,42 +233,65 @@ class Comparison:
         empty = self._without_background(mine, layers, case)
         judgements = judge(mine, case, self._model, names, stored)
         judgements |= {name: with_background(judgements[name], empty[name][1]) for name in names if name in empty}
-        lacking = _without_intervals(list(case.outputs)) if case.stage == VIEW else set()
         panels = Panels(module)
         for right in wanted:
-            name, other = right.name, found.get(right.name)
+            other = found.get(right.name)
             if isinstance(other, Result):
                 self._results.append(other)
-            if name not in layers:
+            if right.name not in layers:
                 continue
-            own = layers[name]
-            reason = partial(reason_of, name, mine, case, judgements[name].bounds, self._model)
-            power = self._power(name, mine, case, judgements[name], own, right)
-            depth = case.outputs.get("depth")
-            result = result_of(module, own, right, judgements[name], self._tolerance, reason, depth, power)
-            judged = replace(judgements[name], verdict=result.verdict)
-            if self._diagnoser is not None:
-                value = empty[name][0] if name in empty else None
-                known = own.stored, own.channels[0], value
-                cause = self._diagnoser.diagnose(module, name, mine, case, judged, *known)
-                result = replace(result, diagnosis=cause)
-            self._results.append(result)
+            value = empty[right.name][0] if right.name in empty else None
+            judged = self._judge_layer(module, layers[right.name], right, judgements[right.name], mine, case, value)
             if self._panels is None or self._panels.rank < WORST_RANK:
-                panels.offer(own, right, judged)
-            if self._textures is not None:
-                self._textures.add(result, own, right, judged)
-            if judged.verdict is Verdict.DIFFERENT and name in lacking:
-                self._without.add(name)
-            if judged.verdict is Verdict.INSIDE and result.outside and judged.bounds is not None:
-                some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
-                limit = f"up to {judged.bounds.strays} may look past an edge (4 standard deviations)"
-                self._notes.append(f"{module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
+                panels.offer(layers[right.name], right, judged)
         later = {} if self._diagnoser is None else self._diagnoser.later()
         for k, result in enumerate(self._results):
             if result.module == module and result.layer in later:
                 self._results[k] = replace(result, diagnosis=later[result.layer])
         if self._panels is None or panels.rank > self._panels.rank:
             self._panels = panels
+
+    def _with_surface(self, module: str, mine: Arrays, case: Case, names: Sequence[str]) -> Case:
+        """The case with bounds of depth and colour from the mesh, where one of them differs."""
+        seen = [name for name in names if name in ("depth", "color")]
+        if self._surface is None or all(equal_bits(mine[n], case.outputs[n]).all() for n in seen):
+            return case  # casting rays takes long
+        shape = case.outputs["depth"].shape if "depth" in case.outputs else ()
+        return replace(case, bounds=self._surface.bounds(self._reference.entries[module], shape, self._model))
+
+    def _judge_layer(
+        self,
+        module: str,
+        own: Layer,
+        right: Layer,
+        judged: Judgement,
+        mine: Arrays,
+        case: Case,
+        background: float | None,
+    ) -> Judgement:
+        """Add the result on a layer; the judgement with the verdict that tolerances leave."""
+        name = right.name
+        reason = partial(reason_of, name, mine, case, judged.bounds, self._model)
+        power, depth = self._power(name, mine, case, judged, own, right), case.outputs.get("depth")
+        result = result_of(module, own, right, judged, self._tolerance, reason, depth, power)
+        judged = replace(judged, verdict=result.verdict)
+        if self._diagnoser is not None:
+            known = own.stored, own.channels[0], background
+            result = replace(result, diagnosis=self._diagnoser.diagnose(module, name, mine, case, judged, *known))
+        self._results.append(result)
+        if self._textures is not None:
+            self._textures.add(result, own, right, judged)
+        if (
+            judged.verdict is Verdict.DIFFERENT
+            and case.stage == VIEW
+            and name in _without_intervals(list(case.outputs))
+        ):
+            self._without.add(name)
+        if judged.verdict is Verdict.INSIDE and result.outside and judged.bounds is not None:
+            some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
+            limit = f"up to {judged.bounds.strays} may look past an edge (4 standard deviations)"
+            self._notes.append(f"{module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
+        return judged
 
     def _without_background(
         self, mine: dict[str, Array], layers: dict[str, Layer], case: Case

@@ -305,17 +305,27 @@ def camera_of(**numbers):
     return replace(lfssao.Camera.looking_at(mesh_of().bounds), **numbers).view(WIDTH, HEIGHT)
 
 
+def skewed(view, slope):
+    """A camera's view whose u grows with v, about the texture's middle."""
+    skew = np.eye(4)
+    skew[0] += slope * np.array([0, 1, 0, -HEIGHT / 2])
+    matrix = skew @ view.world_to_image.numbers.reshape(4, 4)
+    back = view.screen_to_world @ np.linalg.inv(skew)
+    return replace(view, world_to_image=lfssao.WorldToImage.matrix(matrix), screen_to_world=back)
+
+
 def other_optics(job, rng):
-    """The view with a number that is no change of the search: an arc of observers, a tilt of the screen, a roll."""
-    angle = between(rng, (2.0, 8.0), (-8.0, -2.0))
+    """The view with a number that is no change of the search: an arc of observers, a tilt of the screen, a skew.
+
+    A roll of the camera is one: where points are made of depth it turns the samples.
+    """
     if job.view == "camera":
-        up = about(2, angle) @ [0.0, 1.0, 0.0]
-        return camera_of(up=tuple(up.tolist()))
+        return skewed(job.buffers.view, between(rng, (0.05, 0.25), (-0.25, -0.05)))
     module = int(job.name[-3:])
     if job.view == "flat" and rng.random() < 0.5:
         arc = replace(display_of(job.view), observer_curvature=between(rng, (0.3, 0.48)))
         return view_of(job.view, module, arc)
-    return view_of(job.view, module, turn=about(0, angle))
+    return view_of(job.view, module, turn=about(0, between(rng, (2.0, 8.0), (-8.0, -2.0))))
 
 
 def other_view(job, rng):

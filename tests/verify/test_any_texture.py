@@ -106,7 +106,7 @@ def one_off(texture, rng):
     return made
 
 
-# What happens to a texture afterwards.
+# Changes of a finished texture.
 LATER = [
     sprinkled,
     one_off,

@@ -153,7 +153,7 @@ def distortion(module, r2):
 
 
 def undistorted(module, radius):
-    """What distorted radii are multiplied by to undo it, by Newton's method."""
+    """Factors on distorted radii that undo the distortion, by Newton's method."""
     r = radius.copy()
     for _ in range(30):
         slope = 1 + 3 * module.k1 * r**2 + 5 * module.k2 * r**4
@@ -162,7 +162,7 @@ def undistorted(module, radius):
 
 
 def on_circle(curvature, z_0, start, end):
-    """Where lines from start through end cross the circle of that curvature through (0, z_0), XZ: textbook.py's t."""
+    """t at which start + t (end - start) crosses the circle of that curvature through (0, z_0), XZ (textbook.py)."""
     (x, z), dx, dz = start, end[0] - start[0], end[1] - start[1]
     if curvature == 0:
         return (z_0 - z) / dz + np.zeros(np.shape(dx))

@@ -59,7 +59,7 @@ def text_of(name):
     return BENT if name == "bent" else lfssao.display_text(name)
 
 
-# What is planted, by the name that it is to get: a range of values, and the display of a value.
+# Planted changes, by the name that each is to get: a range of values, and the display of a value.
 
 
 def of_modules(change):

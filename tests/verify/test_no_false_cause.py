@@ -305,17 +305,27 @@ def camera_of(**numbers):
     return replace(lfssao.Camera.looking_at(mesh_of().bounds), **numbers).view(WIDTH, HEIGHT)
 
 
+def skewed(view, slope):
+    """A camera's view whose u grows with v, about the texture's middle."""
+    skew = np.eye(4)
+    skew[0] += slope * np.array([0, 1, 0, -HEIGHT / 2])
+    matrix = skew @ view.world_to_image.numbers.reshape(4, 4)
+    back = view.screen_to_world @ np.linalg.inv(skew)
+    return replace(view, world_to_image=lfssao.WorldToImage.matrix(matrix), screen_to_world=back)
+
+
 def other_optics(job, rng):
-    """The view with a number that is no change of the search: an arc of observers, a tilt of the screen, a roll."""
-    angle = between(rng, (2.0, 8.0), (-8.0, -2.0))
+    """The view with a number that is no change of the search: an arc of observers, a tilt of the screen, a skew.
+
+    A roll of the camera is one: where points are made of depth it turns the samples.
+    """
     if job.view == "camera":
-        up = about(2, angle) @ [0.0, 1.0, 0.0]
-        return camera_of(up=tuple(up.tolist()))
+        return skewed(job.buffers.view, between(rng, (0.05, 0.25), (-0.25, -0.05)))
     module = int(job.name[-3:])
     if job.view == "flat" and rng.random() < 0.5:
         arc = replace(display_of(job.view), observer_curvature=between(rng, (0.3, 0.48)))
         return view_of(job.view, module, arc)
-    return view_of(job.view, module, turn=about(0, angle))
+    return view_of(job.view, module, turn=about(0, between(rng, (2.0, 8.0), (-8.0, -2.0))))
 
 
 def other_view(job, rng):
@@ -406,11 +416,13 @@ def test_one_change_gets_its_own_name(estimator, job_of, tmp_path):
             kinds = {*causes, *([found.candidates[0].kind] if found is not None and found.fits else [])}
             if not all(same(kind, other) for other in kinds):
                 false.append((view, kind, values, causes, words))
-            elif not kinds or not causes or (kinds == {kind} and not close(found.candidates[0].values, values)):
+            elif not kinds or not causes or (kinds == {kind} and not close(kind, found.candidates[0].values, values)):
                 silent.append((view, kind, values, causes, words))
     assert false == []
     assert len(silent) <= 0.1 * PER_VIEW * len(VIEWS), silent
 
 
-def close(told, planted):
-    return told == pytest.approx(tuple(planted), rel=0.05, abs=0.02)
+def close(kind, told, planted):
+    if kind == "turned samples":  # degrees: of a whole turn more or less
+        told = [value % 360 for value in told]
+    return tuple(told) == pytest.approx(tuple(planted), rel=0.05, abs=0.02)

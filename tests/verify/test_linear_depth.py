@@ -35,7 +35,7 @@ RADIUS = 0.3
 
 
 class Frame:
-    """What a renderer sees of the statue: its own casts in float64, and its matrices in OpenGL's conventions."""
+    """The statue as a renderer sees it: its own casts in float64, and its matrices in the conventions of OpenGL."""
 
     def __init__(self, near, far, away=1.0):
         self.mesh, self.planes = lfssao.find_scene("statue"), (near, far)

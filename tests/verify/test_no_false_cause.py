@@ -39,6 +39,7 @@ ESTIMATORS = {
     "multiresolution": {},
 }
 COUNTED = "lf", "point", "hemisphere"  # whose occlusion is a share of samples, by a renderer of its own
+UNBOUNDED = "vo-area", "multiresolution"  # of which no interval is known
 TURNED = {"hbao": "tiles", "vo-points": "hash", "vo-lines": "ign"}  # others turn by their default
 PER_VIEW = 7  # textures of each estimator and view, explained and not: 308 of each sort
 LEAST = 0.02  # of the texels: with fewer wrong ones another is drawn
@@ -131,8 +132,10 @@ def rounded_anew(job, texture, rng):
     """A texture of the reference's kernels as another renderer's sums of float32 may be off; shares are not."""
     if job.estimator in COUNTED:
         return texture
-    noise = rng.uniform(-3e-6, 3e-6, texture.shape)
-    return np.clip(texture + noise * (texture > 0) * (texture < 1), 0, 1)
+    if job.estimator in UNBOUNDED:
+        noise = rng.uniform(-3e-6, 3e-6, texture.shape)
+        return np.clip(texture + noise * (texture > 0) * (texture < 1), 0, 1)
+    return np.clip(texture * (1 + 2.0**-23 * rng.uniform(-1, 1, texture.shape)), 0, 1)
 
 
 def wrong_enough(job, texture):

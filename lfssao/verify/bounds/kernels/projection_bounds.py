@@ -199,10 +199,11 @@ def linear_room(m, depth, by):
     with d, errors of D / s count as those of d: r abs(2 d - 1) for 2 d - 1 and its product (r abs(d) without it),
     r a / 2 for the first sum of far + near - (2 d - 1) (far - near) in any order, and (r + 2 q) (a - d) for the last
     sum, the quotient, and another by far. Constants are the same for both depths, and keep their order. a follows from
-    rows 2 and 3 of the mapping, ``m``. Infinite where D may be 0; 0 of an orthographic camera.
+    rows 2 and 3 of the mapping, ``m``. Infinite where D may be 0; 0 of an orthographic camera, and of image z that is
+    made of distances.
     """
     size = (m[12] * m[12] + m[13] * m[13]) + m[14] * m[14]
-    if size == 0.0:
+    if size == 0.0 or (m[8] == 0.0 and m[9] == 0.0 and m[10] == 0.0):
         return 0.0
     a = ((m[8] * m[12] + m[9] * m[13]) + m[10] * m[14]) / size
     d, e, r = depth.value, depth.error, by.operation

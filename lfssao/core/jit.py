@@ -23,6 +23,7 @@ FLAGS: dict[str, Any] = {
 }
 
 _CORE = Path(__file__).parent
+_FEW = 64  # rows: threads would take longer to begin, which is half of a search's time on small textures
 _BANDS_A_THREAD = 4  # bands that are slow do not leave a thread without work
 
 
@@ -74,6 +75,9 @@ class RowKernel:
         rows, threads = arguments[self._place], numba.get_num_threads()
         rows = getattr(rows, self._attribute) if self._attribute else rows
         count = rows if isinstance(rows, int) else rows.shape[0]
+        if count <= _FEW:
+            self.compiled(0, count, *arguments)
+            return
         self.compiled(0, 0, *arguments)  # compiles here, where an interruption arrives, and not in a thread
         size = 2 * -(-count // (2 * _BANDS_A_THREAD * threads))
         in_chunks(lambda begin, stop: self.compiled(begin, stop, *arguments), count, max(size, 2), threads)

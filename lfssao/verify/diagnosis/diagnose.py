@@ -199,7 +199,7 @@ class WrongTexture:
 
     def _searched(self, search: Search, counted: Sample, cost: int, drawn: Callable[[int], Sample]) -> Sequence[Trial]:
         """What a search finds, its values made good on more texels, the best first; pairs if no change fits."""
-        more = None
+        more = counted
         if self.name in self._layers and not isinstance(counted.problem, Estimated):
             # Counts have steps: fewer texels leave values open.
             more = replace(drawn(max(_POLISHED // cost, _FEWEST)), undecided=0.0)
@@ -207,18 +207,18 @@ class WrongTexture:
         def polished(found: Sequence[Trial]) -> Sequence[Trial]:
             """The same with the values of the likely ones made good."""
             likely = [trial for trial in found if search.large.fits(trial) or trial.explained > _LIKELY][:_TOLD]
-            if more is None or not likely:
+            if not likely:
                 return found
-            better = [more.refined(t, 1.2) if t.steps else more.trial(t.change, ()) for t in likely]
+            again = [t for t in likely if t.steps and more is not counted]
+            better = [more.refined(t, 1.2) if t in again else more.trial(t.change, t.steps) for t in likely]
             fewest = min((len(t.steps) for t in better if more.fits(t)), default=0)
             better.sort(key=lambda t: (not more.fits(t), len(t.steps) > fewest, t.cost))
-            better[0] = more.centred(better[0])
+            better[0] = more.centred(better[0]) if better[0].steps and more is not counted else better[0]
             kinds = {trial.change.kind for trial in better}
             return [*better, *(trial for trial in found if trial.change.kind not in kinds)]
 
         found = polished(search.best())
-        judge = more or search.large
-        if not found or judge.fits(found[0]):
+        if not found or more.fits(found[0]):
             return found
         pair = search.paired(found[0])
         return found if pair is None else [*polished([pair]), *found]

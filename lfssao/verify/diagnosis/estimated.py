@@ -148,7 +148,9 @@ class Estimated(Problem):
         if turns is not None:
             way = np.array([1, -1], turns.dtype)[:, None, None]
             yield _with_buffers("samples are not turned", turns=lambda b: None)
-            yield _with_buffers("samples turned the other way", turns=lambda b: np.asarray(b.turns) * way)
+            yield _with_buffers(
+                "samples turned the other way", turns=lambda b: None if b.turns is None else b.turns * way
+            )
         for words, make in other_turns(self.rotation, self.seed, *shape):
             yield _with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]
 

@@ -101,7 +101,7 @@ class Occlusion(Problem):
         own = self.radius * self.samples
         offsets, sizes = np.broadcast_to(own, (len(self.points), *own.shape)), np.abs(own)
         if self.turns is not None:
-            (c, s), (x, y, z) = self.turns[..., None], np.moveaxis(offsets, -1, 0)
+            (c, s), (x, y, z) = self.turns[..., None], offsets.transpose(2, 0, 1)
             s = self.way * s
             offsets = np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
             sizes = 4 * np.linalg.norm(own, axis=1, keepdims=True)  # products exceed their sum
@@ -111,7 +111,7 @@ class Occlusion(Problem):
         off = self.errors[:, None] + self.model.offset * sizes
         at = self.points[:, None] + self.offset(offsets)
         places, error, must = project_positions(at, off, self.sight.mapping, self.model)
-        u, v, z = np.ascontiguousarray(np.moveaxis(places, -1, 0))
+        u, v, z = np.ascontiguousarray(places.transpose(2, 0, 1))
         largest = np.maximum(error[..., 0], error[..., 1])
         return Landed(u, v, z, largest, error[..., 2], error[..., 0] > -np.inf, must)
 

@@ -19,6 +19,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.errors import InputError
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.verdict import Flags
 
@@ -97,10 +98,9 @@ class Problem:
 
     def changed(self, **fields: Any) -> Self:
         """A copy with other fields, which keeps what does not depend on them."""
-        made = replace(self, **fields)
-        for name, harmless in self.kept.items():
-            if name in self.__dict__ and harmless.issuperset(fields):
-                made.__dict__[name] = self.__dict__[name]
+        made = object.__new__(type(self))
+        lost = [name for name, harmless in self.kept.items() if not harmless.issuperset(fields)]
+        made.__dict__.update({name: value for name, value in self.__dict__.items() if name not in lost} | fields)
         return made
 
     def then(self, function: Function) -> Self:
@@ -293,7 +293,7 @@ class Sample:
         """Try a change. The cost grows with the distance from the interval, and far more slowly from its middle."""
         try:
             problem = change.apply(self.problem, change.values(steps))
-        except FloatingPointError:
+        except InputError:  # an option out of range, a display that cannot exist
             problem = None
         if problem is None:
             return Trial(change, steps, np.inf)

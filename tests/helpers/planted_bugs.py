@@ -119,7 +119,7 @@ class Renderer:
             normal = np.cross(below - above, right - left)
             return (normal / np.linalg.norm(normal, axis=-1, keepdims=True)).astype(np.float32)
 
-    def blur(self, sigma=1.0, reach=3.0, total=None, mode="nearest", axes=(1, 0), seed=None):
+    def blur(self, sigma=1.0, reach=3.0, total=None, mode="nearest", axes=(1, 0), seed=None, half=False):
         if seed is not None:
             table = blur_table(self.sigma)
             return rr.blur(arithmetic(seed), self.merged, self.sigma, len(table) // 2, table)[0][0].astype("f4")
@@ -130,6 +130,7 @@ class Renderer:
         for axis in axes:
             taps, rule = weights / (total or weights.sum()), mode.removesuffix(" left out")
             made, shares = (correlate1d(t, taps, axis, mode=rule) for t in (made, shares))
+            made = made.astype(np.float16).astype(np.float64) if half and axis == axes[0] else made
         return (made / shares if mode.endswith("left out") else made).astype(np.float32)
 
     def shade(self, image=None, ao=None):

@@ -1,0 +1,75 @@
+"""What stands where there is no surface is judged and named apart, first."""
+
+import json
+
+import numpy as np
+import pytest
+from compare_folders import changed, compare, remade, single
+
+import lfssao
+from lfssao.verify.verdict import Verdict
+
+MODULE = "module_004"
+SKY = [1e10, 0.0, 65504.0]
+
+
+def with_sky(reference, target, value, layers=("depth",), more=lambda pixels: pixels):
+    """A copy in which layers have a value where the reference sees no surface."""
+    empty = ~np.isfinite(single(reference, MODULE, "depth"))
+
+    def change(parts):
+        for layer in layers:
+            remade(layer, lambda pixels: np.where(empty, value, more(pixels)).astype(np.float32))(parts)
+
+    return changed(reference, target, MODULE, change)
+
+
+def result_of(report, layer="depth"):
+    (found,) = [r for r in report.results if (r.module, r.layer) == (MODULE, layer)]
+    return found
+
+
+@pytest.mark.parametrize("value", SKY)
+def test_a_background_is_named_with_the_option_that_accepts_it(reference, tmp_path, value, capsys):
+    mine = with_sky(reference, tmp_path / "mine", value)
+    report = lfssao.compare(mine, reference)
+    found = result_of(report)
+    words = f"background is {value:g} in place of infinity"
+    empty = np.count_nonzero(~np.isfinite(single(reference, MODULE, "depth")))
+    assert (found.verdict, found.outside) == (Verdict.OUTSIDE, empty)
+    assert found.diagnosis.words(MODULE) == f"{words} in {MODULE}, whose surface is right: --background {value:g}"
+    assert [cause.kind for cause in report.causes] == ["background"]
+    wrong = [r for r in report.results if r.verdict.code > 1]
+    assert wrong == [found]  # later stages are judged without it
+    assert compare(mine, reference) == 2
+    assert words in capsys.readouterr().out
+    assert compare(mine, reference, "--background", value) == 0
+
+
+def test_a_wrong_surface_is_explained_beside_its_background(reference, tmp_path):
+    mine = with_sky(reference, tmp_path / "mine", 1e10, more=lambda pixels: pixels + np.float32(0.05))
+    found = result_of(lfssao.compare(mine, reference, layers=["depth"])).diagnosis
+    assert (found.fits, found.candidates[0].kind) == (True, "depth bias")
+    assert found.words(MODULE).startswith("background is 1e+10 in place of infinity: --background 1e+10; depth + 0.05")
+    accepted = result_of(lfssao.compare(mine, reference, layers=["depth"], background=1e10)).diagnosis
+    assert accepted.words(MODULE).startswith("depth + 0.05")
+
+
+def test_positions_and_depth_have_one_background(reference, tmp_path):
+    mine = with_sky(reference, tmp_path / "mine", 0.0, ("depth", "positions"))
+    report = lfssao.compare(mine, reference)
+    (cause,) = report.causes
+    assert cause.words == f"background is 0 in place of infinity in depth and positions of {MODULE}: --background 0"
+    assert json.loads(json.dumps(report.as_dict()))["causes"][0]["layers"] == ["depth", "positions"]
+    assert lfssao.compare(mine, reference, background=0).exit_code == 0
+
+
+def test_a_background_of_occlusion_is_named(reference, tmp_path):
+    mine = with_sky(reference, tmp_path / "mine", 1.0, ("ao_2",))
+    found = result_of(lfssao.compare(mine, reference), "ao_2")
+    assert found.diagnosis.words(MODULE) == f"background is 1 in place of 0 in {MODULE}, whose surface is right"
+
+
+def test_nan_is_no_background_that_is_accepted(reference):
+    with pytest.raises(lfssao.InputError, match="background is NaN"):
+        lfssao.compare(reference, reference, background=float("nan"))

@@ -1,0 +1,116 @@
+"""The search of a diagnosis: an explanation predicts, and its values read as changes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from lfssao.verify.diagnosis.search import Axis, Problem, Sample, Search, fixed, scaled
+
+RIGHT = np.linspace(0.2, 0.9, 400)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Line(Problem):
+    """Numbers that are right within a width, times a factor."""
+
+    factor: float = 1.0
+    width: float = 1e-4
+    wide: object = slice(0)  # texels whose interval is everything
+
+    def ends(self):
+        made = self.factor * RIGHT[self.columns]
+        low, high = made - self.width, made + self.width
+        low[self.wide], high[self.wide] = -np.inf, np.inf
+        return low, high
+
+    def changes(self):
+        return []
+
+
+def sample(mine, **fields):
+    places = np.arange(len(RIGHT))
+    problem = Line(mine=mine, columns=places, rows=0 * places, room=0 * RIGHT, **fields)
+    low, high = problem.interval()
+    wrong = (mine < low) | (mine > high)
+    return Sample(problem, wrong, np.full(len(RIGHT), 1 / len(RIGHT)), int(wrong.sum()))
+
+
+def test_a_change_that_decides_nothing_explains_nothing():
+    texels = sample(1.1 * RIGHT)
+    nothing = texels.trial(fixed("anything goes", wide=slice(None)), ())
+    assert (nothing.left, nothing.decided, texels.fits(nothing)) == (0.0, 0.0, False)
+    right = texels.trial(fixed("factor", factor=1.1), ())
+    assert (right.left, right.decided, right.explained, texels.fits(right)) == (0.0, 1.0, 1.0, True)
+    assert right.cost < 1e-6
+    assert nothing.cost > 0.2
+
+
+@pytest.mark.parametrize(("open_texels", "fits"), [(190, True), (210, False)])
+def test_most_of_the_wrong_texels_have_to_be_decided(open_texels, fits):
+    texels = sample(1.1 * RIGHT)
+    change = fixed("factor", factor=1.1, wide=slice(open_texels))
+    trial = texels.trial(change, ())
+    assert trial.decided == pytest.approx(1 - open_texels / 400)
+    assert texels.fits(trial) is fits
+
+
+def test_an_interval_as_wide_as_the_deviation_decides_nothing():
+    texels = sample(RIGHT + 0.01)
+    off = texels.deviation[0]
+    for width, decided in ((0.49 * off, 1.0), (0.51 * off, 0.0)):
+        moved = fixed("bias", value=lambda x: x + 0.01, width=width)
+        assert texels.trial(moved, ()).decided == decided
+
+
+def test_what_a_change_makes_wrong_counts_against_it():
+    mine = np.where(np.arange(400) < 40, 1.1 * RIGHT, RIGHT)
+    texels = sample(mine)
+    trial = texels.trial(fixed("factor", factor=1.1), ())
+    assert trial.explained == 1.0
+    assert texels.fits(trial) is False
+    assert texels.gain(trial) == pytest.approx(1 - 360 / 40)
+
+
+@pytest.mark.parametrize(("number", "fits"), [(7, False), (8, True)])
+def test_few_texels_tell_no_cause(number, fits):
+    mine = np.where(np.arange(400) < number, 1.1 * RIGHT, RIGHT)
+    texels = sample(mine)
+    assert (
+        texels.fits(texels.trial(fixed("some", value=lambda x: np.where(np.arange(400) < number, 1.1 * x, x)), ()))
+        is fits
+    )
+
+
+@pytest.mark.parametrize(("planted", "fits"), [(1.003, True), (0.71, True), (1.9, True), (3.9, False)])
+def test_a_value_is_found_and_one_at_the_end_of_its_range_is_none(planted, fits):
+    texels = sample(planted * RIGHT)
+    change = scaled("factor", lambda p, f: p.changed(factor=f), Axis(1e-5, float(np.log(2.0)), factor=True))
+    best = Search(texels, texels, [change]).best()[0]
+    assert texels.fits(best) is fits
+    if fits:
+        assert best.change.values(best.steps)[0] == pytest.approx(planted, rel=1e-3)
+
+
+@pytest.mark.parametrize(("axis", "step", "text"), [
+    (Axis(1e-9, 1.0, factor=True), np.log1p(1e-4), "1.000100"),
+    (Axis(1e-9, 1.0, factor=True), np.log1p(-2.5e-6), "0.99999750"),
+    (Axis(1e-9, 1.0, factor=True), np.log(2.5), "2.5000"),
+    (Axis(1e-9, 1.0, signed=False), -0.31, "-0.310"),
+    (Axis(1e-9, 1.0, signed=False), -0.00031, "-0.000310"),
+    (Axis(1e-9, 1.0), -0.002, "- 0.002"),
+    (Axis(1e-9, 1.0), 1.23456e-5, "+ 1.235e-05"),
+])  # fmt: skip
+def test_a_value_reads_as_a_change(axis, step, text):
+    assert axis.text(float(step)) == text
+
+
+def test_two_changes_at_once_are_found_if_one_explains_half():
+    mine = np.where(np.arange(400) < 260, 1.3 * RIGHT, 1.3 * RIGHT + 0.2)
+    texels = sample(mine)
+    steep = fixed("steep", factor=1.3)
+    step = fixed("step", value=lambda x: x + 0.2 * (np.arange(400) >= 260))
+    search = Search(texels, texels, [steep, step, fixed("flat", factor=0.0)])
+    pair = search.paired(search.best()[0])
+    assert (pair.change.kind, texels.fits(pair)) == ("steep and step", True)
+    assert search.paired(texels.trial(step, ())) is None

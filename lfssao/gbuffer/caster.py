@@ -184,7 +184,7 @@ class RayCaster:
         return GBuffer(depth=depth, positions=places, color=rgb, triangle=triangle, normals=directions)
 
     def first_depths(self, lines: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Where each of n lines in cast space first hits the mesh: t of origin + t direction, infinity for none.
+        """The first hits of n lines in cast space: t of origin + t direction, infinity for none.
 
         ``lines``, (n, 8) float64, are the points at t = 0 and 1, of which the second has the larger z, and the least
         and greatest t; t is (n,) float64.

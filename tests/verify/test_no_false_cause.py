@@ -1,6 +1,7 @@
 """Wrong occlusion that no change of the search explains gets no cause; that which one change makes gets its name."""
 
 import functools
+import os
 import zlib
 from dataclasses import dataclass, replace
 
@@ -41,7 +42,8 @@ ESTIMATORS = {
 COUNTED = "lf", "point", "hemisphere"  # whose occlusion is a share of samples, by a renderer of its own
 UNBOUNDED = "vo-area", "multiresolution"  # of which no interval is known
 TURNED = {"hbao": "tiles", "vo-points": "hash", "vo-lines": "ign"}  # others turn by their default
-PER_VIEW = 7  # textures of each estimator and view, explained and not: 308 of each sort
+# Textures of each estimator and view, explained and not: 44 of each sort, or with LFSSAO_WHOLE=1 308, in 15 minutes.
+PER_VIEW = 7 if os.environ.get("LFSSAO_WHOLE") else 1
 LEAST = 0.02  # of the texels: with fewer wrong ones another is drawn
 
 
@@ -422,7 +424,7 @@ def test_one_change_gets_its_own_name(estimator, job_of, tmp_path):
             elif not kinds or not causes or (kinds == {kind} and not close(kind, found.candidates[0].values, values)):
                 silent.append((view, kind, values, causes, words))
     assert false == []
-    assert len(silent) <= 0.1 * PER_VIEW * len(VIEWS), silent
+    assert len(silent) <= max(0.1 * PER_VIEW * len(VIEWS), 1), silent
 
 
 def close(kind, told, planted):

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from lfssao.verify.diagnosis.search import Axis, Problem, Sample, Search, fixed, scaled
+from lfssao.verify.diagnosis.change import Axis, Problem, fixed, scaled
+from lfssao.verify.diagnosis.search import Sample, Search
 
 RIGHT = np.linspace(0.2, 0.9, 400)
 
@@ -30,7 +31,7 @@ class Line(Problem):
 
 def sample(mine, **fields):
     places = np.arange(len(RIGHT))
-    problem = Line(mine=mine, columns=places, rows=0 * places, room=0 * RIGHT, **fields)
+    problem = Line(mine=mine, columns=places, rows=0 * places, room=0 * RIGHT, off=0 * RIGHT, **fields)
     low, high = problem.interval()
     wrong = (mine < low) | (mine > high)
     return Sample(problem, wrong, np.full(len(RIGHT), 1 / len(RIGHT)), int(wrong.sum()))

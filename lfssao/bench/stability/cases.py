@@ -31,10 +31,14 @@ def _mesh(vertices: object) -> Mesh:
 
 
 def _occlusion(
-    texture: str = "float32", samples: object = ((0.0, 0.0, 0.5),), radius: float = 1.0, scale: float = 1.0
+    texture: str = "float32",
+    samples: object = ((0.0, 0.0, 0.5),),
+    radius: float = 1.0,
+    scale: float = 1.0,
+    hole: float = 0.0,
 ) -> Occlusion:
     numbers = np.array([scale, 0, 0, 0, 0, scale, 0, 0, 0, 0, scale, 0, 2.0, -4.0, 1.0, 1.0])
-    depth, positions = np.zeros((2, 2), texture), np.zeros((2, 2, 3), np.float32)
+    depth, positions = np.full((2, 2), hole, texture), np.zeros((2, 2, 3), np.float32)
     return ssao.algorithm2(depth, positions, WorldToImage(CROSSED_SLITS, numbers), np.asarray(samples), radius)
 
 
@@ -67,6 +71,7 @@ REFUSALS = (
     Refusal("near the lens", "a ROI that reaches the lens", lambda: _display(2.0, 2.0), "reaches the lens"),
     Refusal("not finite", "a vertex at infinity", lambda: _mesh([[0, 0, 0], [np.inf, 0, 0], [0, 1, 0]]), "not finite"),
     Refusal("not finite", "R = NaN", lambda: _occlusion(radius=np.nan), "finite number"),
+    Refusal("not finite", "a depth of NaN", lambda: _occlusion(hole=np.nan), "no texture may hold a NaN"),
     Refusal("not finite", "a sample at NaN", lambda: _occlusion(samples=[[0.0, 0.0, np.nan]]), "not finite"),
 )
 

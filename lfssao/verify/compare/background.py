@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.optics.view import without_guard
-from lfssao.verify.diagnosis.search import Candidate
+from lfssao.verify.diagnosis.change import Candidate
 from lfssao.verify.verdict import FAILED, Flags, Judgement, Verdict
 
 PLACED = ("depth", "positions")  # whose background is infinity; 0 is that of all others

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import isclose
 
 from lfssao.verify.compare.result import Result
-from lfssao.verify.diagnosis.search import Candidate
+from lfssao.verify.diagnosis.change import Candidate
 
 _ALIKE = 1e-3  # relative difference of values that are one
 

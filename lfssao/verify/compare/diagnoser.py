@@ -20,8 +20,8 @@ from lfssao.verify.compare.background import background_candidate
 from lfssao.verify.compare.layers import layers_of
 from lfssao.verify.compare.source import Reference
 from lfssao.verify.compare.surface import Surface
+from lfssao.verify.diagnosis.change import Candidate
 from lfssao.verify.diagnosis.diagnose import Diagnosis, WrongTexture
-from lfssao.verify.diagnosis.search import Candidate
 from lfssao.verify.diagnosis.views import Sight, sight_of
 from lfssao.verify.judge import inputs_of
 from lfssao.verify.verdict import Judgement, Verdict

@@ -22,9 +22,9 @@ from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import BOUNDED, point_bounds
+from lfssao.verify.diagnosis.change import FACTOR, INSIDE, OUTSIDE, Axis, Change, Problem, fixed, plain, scaled
 from lfssao.verify.diagnosis.occlusion import other_tables, other_turns
 from lfssao.verify.diagnosis.post import half, of_texture
-from lfssao.verify.diagnosis.search import FACTOR, INSIDE, OUTSIDE, Axis, Change, Problem, fixed, plain, scaled
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 

@@ -21,8 +21,7 @@ from lfssao.samples.registry import METHODS
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
-from lfssao.verify.diagnosis.post import half, of_texture
-from lfssao.verify.diagnosis.search import (
+from lfssao.verify.diagnosis.change import (
     INSIDE,
     OUTSIDE,
     Axis,
@@ -36,6 +35,7 @@ from lfssao.verify.diagnosis.search import (
     scaled,
     shifts,
 )
+from lfssao.verify.diagnosis.post import half, of_texture
 from lfssao.verify.diagnosis.views import CORNERS, Sight, view_changes
 from lfssao.verify.verdict import Flags
 

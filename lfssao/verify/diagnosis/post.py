@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lfssao.ao.post import MAX_SIGMA, blur_weights
 from lfssao.verify.bounds.bounds import FloatArray
-from lfssao.verify.diagnosis.search import (
+from lfssao.verify.diagnosis.change import (
     FLIPS,
     INSIDE,
     Axis,

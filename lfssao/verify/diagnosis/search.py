@@ -1,7 +1,6 @@
 """The search for a change of the reference that a renderer's texture shows.
 
-A problem holds some texels of the renderer's texture and the interval that the reference, or a change of it, allows
-there. An explanation predicts: it counts a wrong texel only if the change decides it, that is if the changed interval
+An explanation predicts: it counts a wrong texel only if the change decides it, that is if the changed interval
 is narrower than the texel's deviation from the reference. A change explains a texture if it decides most of the wrong
 texels, nearly all of these lie in their intervals, and nearly no other texel leaves its own.
 
@@ -9,23 +8,20 @@ Changes are screened on a few hundred texels, half of them wrong ones, so that s
 The best are refined on some thousands. Two changes at once are tried only if one explains at least half.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
-from math import exp, floor, log10, sqrt
-from typing import Any, ClassVar, Self
+from math import exp, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.verify.bounds.bounds import FloatArray
+from lfssao.verify.diagnosis.change import Change, Problem, Values
 from lfssao.verify.verdict import Flags
-
-Places = NDArray[np.int64]
-Values = tuple[float, ...]
-Function = Callable[[FloatArray], FloatArray]
 
 DECIDED = 0.5  # share of the wrong texels that an explanation decides, at least
 _LEFT = 0.05  # share of the wrong texels that it may leave wrong, or make wrong of others
@@ -40,192 +36,6 @@ _WIDE, _HALVED = 1.15, 6  # factor within which sizes may do as well, and how of
 _END = 0.97  # of the largest size of a value: what is found beyond is the end of the search
 _SOME = 0.1  # share of the wrong texels that a change explains, less what it makes wrong, to be tried further
 _PLAIN, _GRADED, _REFINED = 12, 14, 6  # changes without and with values that are kept after screening, and refined
-
-OUTSIDE = "samples outside the texture"  # begins the names of changes of the border
-INSIDE = ("clamp", "mirror", "wrap", "mirror without the edge")  # rules by which a texel inside stands for one outside
-
-
-def hold(places: Places, size: int, border: str) -> Places:
-    """Columns or rows inside 0 to size - 1 for any, by a rule of ``INSIDE``; by any other rule those of 'clamp'."""
-    if border == "wrap":
-        return np.asarray(places % size)
-    if border == "mirror":
-        folded = places % (2 * size)
-        return np.where(folded < size, folded, 2 * size - 1 - folded)
-    if border == "mirror without the edge" and size > 1:
-        folded = places % (2 * size - 2)
-        return np.where(folded < size, folded, 2 * size - 2 - folded)
-    return np.clip(places, 0, size - 1)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Problem:
-    """K texels of a texture, and what the reference, or a change of it, allows them to be."""
-
-    mine: FloatArray  # (K,) or (K, C)
-    columns: Places  # (K,)
-    rows: Places
-    room: FloatArray  # width of the reference's interval, of the shape of ``mine``
-    cost: int = 16  # work that a texel makes, such as its number of samples or taps
-    value: Function = np.asarray  # applied to the right values; monotone
-    store: Callable[[FloatArray, FloatArray], Any] | None = None  # makes an interval that of what is read, if stored
-    floored: Callable[[FloatArray, FloatArray], Any] | None = None  # the same of codes that are cut, not rounded
-    # ``flipped(across, down)``: the same numbers held against the texels from the right, or from below
-    flipped: Callable[[bool, bool], Any] | None = None
-    # Cached properties, and the fields that they do not depend on.
-    kept: ClassVar[Mapping[str, frozenset[str]]] = {}
-
-    def changes(self) -> "list[Change]":
-        """All changes that are tried."""
-        raise NotImplementedError
-
-    def ends(self) -> tuple[FloatArray, FloatArray]:
-        """Smallest and largest values that are right, of the shape of ``mine``, before ``value``."""
-        raise NotImplementedError
-
-    def interval(self) -> tuple[FloatArray, FloatArray]:
-        """Smallest and largest values that are right."""
-        one, other = (self.value(end) for end in self.ends())
-        return np.minimum(one, other), np.maximum(one, other)
-
-    def seen_by(self, sight: Any) -> "Problem | None":
-        """The problem of a renderer that sees the scene otherwise; None if it does not depend on that."""
-        return None
-
-    def leaves(self) -> Flags:
-        """Whether a sample of each texel may leave the texture, (K,)."""
-        return np.zeros(len(self.columns), np.bool_)
-
-    def changed(self, **fields: Any) -> Self:
-        """A copy with other fields, which keeps what does not depend on them."""
-        made = object.__new__(type(self))
-        lost = [name for name, harmless in self.kept.items() if not harmless.issuperset(fields)]
-        made.__dict__.update({name: value for name, value in self.__dict__.items() if name not in lost} | fields)
-        return made
-
-    def then(self, function: Function) -> Self:
-        """A copy with a function of its right values."""
-        before = self.value
-        return self.changed(value=lambda x: function(before(x)))
-
-
-@dataclass(frozen=True)
-class Axis:
-    """Values that a change may have, each by a signed step from no change."""
-
-    least: float  # sizes of a step, positive
-    most: float
-    factor: bool = False  # whether the value is exp(step) and not the step itself
-    signs: tuple[int, ...] = (1, -1)
-    number: int = 9  # of sizes that are tried first
-    more: tuple[float, ...] = ()  # sizes besides those
-    signed: bool = True  # whether a value that is no factor is printed as '+ 1' or '- 1'
-
-    @property
-    def steps(self) -> FloatArray:
-        """The steps to try first."""
-        sizes = np.concatenate([np.geomspace(self.least, self.most, self.number), self.more])
-        return np.concatenate([sign * sizes for sign in self.signs])
-
-    @property
-    def ratio(self) -> float:
-        """Of a size to the one before."""
-        return float((self.most / self.least) ** (1 / (self.number - 1)))
-
-    def value(self, step: float) -> float:
-        """The value of a step."""
-        return exp(step) if self.factor else step
-
-    def step(self, value: float) -> float:
-        """The step of a value."""
-        return float(np.log(value)) if self.factor else value
-
-    def text(self, step: float) -> str:
-        """The value with so many digits that it reads as a change."""
-        digits = 2 - floor(log10(abs(step))) if step else 0
-        if self.factor:
-            return f"{exp(step):.{max(digits, 4)}f}"
-        if not self.signed:
-            return f"{step:.{max(digits, 3)}f}"
-        return f"{'-' if step < 0 else '+'} {abs(step):.4g}"
-
-
-@dataclass(frozen=True)
-class Change:
-    """One way in which a renderer may differ from the reference."""
-
-    kind: str  # its name, such as 'radius'
-    apply: Callable[[Any, Values], Any]  # the changed problem, of a problem and the values; None if there is none
-    words: str  # the change as a report says it, its values in braces
-    axes: tuple[Axis, ...] = ()  # of its values
-    shared: bool = False  # whether it is of the view: all stages and modules then have the same value
-    first: bool = False  # whether it comes before others, as it makes the problem anew
-    hint: str = ""  # an option that makes the texture right
-
-    def values(self, steps: Values) -> Values:
-        """The values of steps."""
-        return tuple(axis.value(step) for axis, step in zip(self.axes, steps, strict=True))
-
-    def text(self, steps: Values) -> str:
-        """The change with its values."""
-        return self.words.format(*(axis.text(step) for axis, step in zip(self.axes, steps, strict=True)))
-
-
-def plain(kind: str, apply: Callable[[Any], Any], **more: Any) -> Change:
-    """A change without values."""
-    return Change(kind, lambda problem, _: apply(problem), kind, **more)
-
-
-def fixed(kind: str, **fields: Any) -> Change:
-    """A change without values that gives the problem other fields."""
-    return plain(kind, lambda problem: problem.changed(**fields))
-
-
-FACTOR = Axis(1e-5, 2.3, factor=True)
-
-
-def scaled(kind: str, apply: Callable[[Any, float], Any], axis: Axis = FACTOR, words: str | None = None) -> Change:
-    """A change with one value, a factor by default."""
-    return Change(kind, lambda problem, v: apply(problem, v[0]), words or f"{kind} x {{}}", (axis,))
-
-
-def shifts(apply: Callable[[Any, float, float], Any]) -> list[Change]:
-    """Shifts by texels along u, along v and along both."""
-    one, both, words = Axis(3e-4, 6.0, signed=False), Axis(0.01, 6.0, number=5, signed=False), "shifted by {} texels"
-    return [
-        Change("shift of u", lambda p, s: apply(p, s[0], 0.0), f"u {words}", (one,)),
-        Change("shift of v", lambda p, s: apply(p, 0.0, s[0]), f"v {words}", (one,)),
-        Change("shift of u and v", lambda p, s: apply(p, *s), "u and v shifted by {} and {} texels", (both, both)),
-    ]
-
-
-# Rows and columns in the other order, of a texture as a whole.
-FLIPS = (
-    plain("rows from below", lambda p: p.flipped(False, True), first=True),
-    plain("columns from the right", lambda p: p.flipped(True, False), first=True),
-    plain("rows from below and columns from the right", lambda p: p.flipped(True, True), first=True),
-)
-
-
-def cut(problem: Problem) -> list[Change]:
-    """The change of codes that are cut and not rounded, where the format has codes."""
-    if problem.floored is None:
-        return []
-    return [plain("codes cut, not rounded", lambda p: p.changed(store=p.floored))]
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A change that was tried."""
-
-    kind: str  # the change's name; of two, both, joined by ' and '
-    values: Values  # in the order in which ``words`` has them
-    words: str  # the change with its values
-    share: float  # of the surface's texels, 0 to 1, that lie in the changed reference's interval
-    decided: float  # share of the wrong texels that the change decides
-    explained: float  # share of the wrong texels that it decides and that lie in their intervals
-    shared: bool = False  # whether it is a number of the display or camera, one for all stages and modules
-    hint: str = ""  # an option that makes the texture right
 
 
 @dataclass(frozen=True)
@@ -278,9 +88,9 @@ class Sample:
 
     @cached_property
     def deviation(self) -> FloatArray:
-        """How far each number is outside the reference's interval."""
+        """How far each number is outside the reference's interval, or of what it was judged by."""
         base = self.base or self.problem
-        return beyond(base.mine, *held(base)[:2])
+        return np.maximum(beyond(base.mine, *held(base)[:2]), base.off)
 
     @cached_property
     def _scale(self) -> float:
@@ -327,6 +137,13 @@ class Sample:
         """Share of the wrong texels that a change explains, less those that it makes wrong."""
         made = max(trial.left - self.before * (1 - trial.explained), 0.0)
         return trial.explained - made / (self.before or 1.0)
+
+    def rank(self, trial: Trial) -> tuple[Any, ...]:
+        """A key: changes that explain the texture first, of these the fewest values, then by what they explain."""
+        if not self.fits(trial):
+            return True, 0, 0, False, trial.cost
+        # Of equals a fault of one stage comes before a number of the view, which is one in all stages.
+        return False, len(trial.steps), round(-self.gain(trial) / _EQUAL), trial.change.shared, trial.cost
 
     def near_grid(self, change: Change) -> Trial:
         """The change with the best steps of its axes' grids and, of one axis, of those around."""
@@ -434,16 +251,7 @@ class Search:
         return self.large.refined(made, 1.2) if made.steps else made
 
     def _ranked(self, found: Sequence[Trial]) -> list[Trial]:
-        """Changes that explain the texture first, of these the fewest values, then by what they explain."""
-        large = self.large
-
-        def key(trial: Trial) -> tuple[Any, ...]:
-            if not large.fits(trial):
-                return True, 0, 0, False, trial.cost
-            # Of equals a fault of one stage comes before a number of the view, which is one in all stages.
-            return False, len(trial.steps), round(-large.gain(trial) / _EQUAL), trial.change.shared, trial.cost
-
-        return sorted(found, key=key)
+        return sorted(found, key=self.large.rank)
 
 
 def _likely(sample: Sample, trials: Sequence[Trial], most: int) -> list[Trial]:

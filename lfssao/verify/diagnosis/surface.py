@@ -15,8 +15,8 @@ from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.depth import ROUNDINGS
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
+from lfssao.verify.diagnosis.change import Axis, Change, Function, Problem, cut, fixed, hold, plain, scaled, shifts
 from lfssao.verify.diagnosis.post import decode, encode, half
-from lfssao.verify.diagnosis.search import Axis, Change, Function, Problem, cut, fixed, hold, plain, scaled, shifts
 from lfssao.verify.diagnosis.views import Sight, view_changes
 
 _SCALES = Axis(1e-5, 8.0, factor=True, number=16)
@@ -79,7 +79,7 @@ class Depth(Image):
     caster: RayCaster | None = None  # of the mesh, in the reference's cast space, where it is at hand
     other: Sight | None = None  # a wrong renderer's, if it sees the scene otherwise
 
-    kept: ClassVar = {name: frozenset({"other", "value", "store"}) for name in ("_own", "_below", "_above")}
+    kept: ClassVar = {name: frozenset({"other", "value", "store", "shift"}) for name in ("_own", "_below", "_above")}
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The reference's interval; of another sight, or between texels, what rays into the mesh see.
@@ -110,12 +110,12 @@ class Depth(Image):
     @cached_property
     def _below(self) -> FloatArray:
         """How far the reference's interval reaches below its depth; where it sees no surface, as elsewhere."""
-        return _usual(self._own - super().ends()[0])
+        return _usual(self._own - self._around(self.columns, self.rows)[0])
 
     @cached_property
     def _above(self) -> FloatArray:
         """How far it reaches above."""
-        return _usual(super().ends()[1] - self._own)
+        return _usual(self._around(self.columns, self.rows)[1] - self._own)
 
     def seen_by(self, sight: Sight) -> "Depth":
         """Depth by another sight."""

@@ -21,7 +21,7 @@ from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX
 from lfssao.optics.kernels.rays import write_lines
 from lfssao.optics.view import DIFFUSERS, View, WorldToImage
 from lfssao.verify.bounds.bounds import FloatArray
-from lfssao.verify.diagnosis.search import Axis, Change
+from lfssao.verify.diagnosis.change import Axis, Change
 
 CORNERS = "texel corners in place of centres"
 

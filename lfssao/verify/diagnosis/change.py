@@ -1,0 +1,208 @@
+"""Changes of the reference, and the problems that they change: what a renderer may have done otherwise.
+
+A problem holds some texels of the renderer's texture and the interval that the reference, or a change of it, allows
+there.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import exp, floor, log10
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lfssao.verify.bounds.bounds import FloatArray
+from lfssao.verify.verdict import Flags
+
+Places = NDArray[np.int64]
+Values = tuple[float, ...]
+Function = Callable[[FloatArray], FloatArray]
+
+
+OUTSIDE = "samples outside the texture"  # begins the names of changes of the border
+INSIDE = ("clamp", "mirror", "wrap", "mirror without the edge")  # rules by which a texel inside stands for one outside
+
+
+def hold(places: Places, size: int, border: str) -> Places:
+    """Columns or rows inside 0 to size - 1 for any, by a rule of ``INSIDE``; by any other rule those of 'clamp'."""
+    if border == "wrap":
+        return np.asarray(places % size)
+    if border == "mirror":
+        folded = places % (2 * size)
+        return np.where(folded < size, folded, 2 * size - 1 - folded)
+    if border == "mirror without the edge" and size > 1:
+        folded = places % (2 * size - 2)
+        return np.where(folded < size, folded, 2 * size - 2 - folded)
+    return np.clip(places, 0, size - 1)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Problem:
+    """K texels of a texture, and what the reference, or a change of it, allows them to be."""
+
+    mine: FloatArray  # (K,) or (K, C)
+    columns: Places  # (K,)
+    rows: Places
+    room: FloatArray  # width of the reference's interval, of the shape of ``mine``
+    off: FloatArray  # how far each number is outside of what it was judged by
+    cost: int = 16  # work that a texel makes, such as its number of samples or taps
+    value: Function = np.asarray  # applied to the right values; monotone
+    store: Callable[[FloatArray, FloatArray], Any] | None = None  # makes an interval that of what is read, if stored
+    floored: Callable[[FloatArray, FloatArray], Any] | None = None  # the same of codes that are cut, not rounded
+    # ``flipped(across, down)``: the same numbers held against the texels from the right, or from below
+    flipped: Callable[[bool, bool], Any] | None = None
+    # Cached properties, and the fields that they do not depend on.
+    kept: ClassVar[Mapping[str, frozenset[str]]] = {}
+
+    def changes(self) -> "list[Change]":
+        """All changes that are tried."""
+        raise NotImplementedError
+
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """Smallest and largest values that are right, of the shape of ``mine``, before ``value``."""
+        raise NotImplementedError
+
+    def interval(self) -> tuple[FloatArray, FloatArray]:
+        """Smallest and largest values that are right."""
+        one, other = (self.value(end) for end in self.ends())
+        return np.minimum(one, other), np.maximum(one, other)
+
+    def seen_by(self, sight: Any) -> "Problem | None":
+        """The problem of a renderer that sees the scene otherwise; None if it does not depend on that."""
+        return None
+
+    def leaves(self) -> Flags:
+        """Whether a sample of each texel may leave the texture, (K,)."""
+        return np.zeros(len(self.columns), np.bool_)
+
+    def changed(self, **fields: Any) -> Self:
+        """A copy with other fields, which keeps what does not depend on them."""
+        made = object.__new__(type(self))
+        lost = [name for name, harmless in self.kept.items() if not harmless.issuperset(fields)]
+        made.__dict__.update({name: value for name, value in self.__dict__.items() if name not in lost} | fields)
+        return made
+
+    def then(self, function: Function) -> Self:
+        """A copy with a function of its right values."""
+        before = self.value
+        return self.changed(value=lambda x: function(before(x)))
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Values that a change may have, each by a signed step from no change."""
+
+    least: float  # sizes of a step, positive
+    most: float
+    factor: bool = False  # whether the value is exp(step) and not the step itself
+    signs: tuple[int, ...] = (1, -1)
+    number: int = 9  # of sizes that are tried first
+    more: tuple[float, ...] = ()  # sizes besides those
+    signed: bool = True  # whether a value that is no factor is printed as '+ 1' or '- 1'
+
+    @property
+    def steps(self) -> FloatArray:
+        """The steps to try first."""
+        sizes = np.concatenate([np.geomspace(self.least, self.most, self.number), self.more])
+        return np.concatenate([sign * sizes for sign in self.signs])
+
+    @property
+    def ratio(self) -> float:
+        """Of a size to the one before."""
+        return float((self.most / self.least) ** (1 / (self.number - 1)))
+
+    def value(self, step: float) -> float:
+        """The value of a step."""
+        return exp(step) if self.factor else step
+
+    def step(self, value: float) -> float:
+        """The step of a value."""
+        return float(np.log(value)) if self.factor else value
+
+    def text(self, step: float) -> str:
+        """The value with so many digits that it reads as a change."""
+        digits = 2 - floor(log10(abs(step))) if step else 0
+        if self.factor:
+            return f"{exp(step):.{max(digits, 4)}f}"
+        if not self.signed:
+            return f"{step:.{max(digits, 3)}f}"
+        return f"{'-' if step < 0 else '+'} {abs(step):.4g}"
+
+
+@dataclass(frozen=True)
+class Change:
+    """One way in which a renderer may differ from the reference."""
+
+    kind: str  # its name, such as 'radius'
+    apply: Callable[[Any, Values], Any]  # the changed problem, of a problem and the values; None if there is none
+    words: str  # the change as a report says it, its values in braces
+    axes: tuple[Axis, ...] = ()  # of its values
+    shared: bool = False  # whether it is of the view: all stages and modules then have the same value
+    first: bool = False  # whether it comes before others, as it makes the problem anew
+    hint: str = ""  # an option that makes the texture right
+
+    def values(self, steps: Values) -> Values:
+        """The values of steps."""
+        return tuple(axis.value(step) for axis, step in zip(self.axes, steps, strict=True))
+
+    def text(self, steps: Values) -> str:
+        """The change with its values."""
+        return self.words.format(*(axis.text(step) for axis, step in zip(self.axes, steps, strict=True)))
+
+
+def plain(kind: str, apply: Callable[[Any], Any], **more: Any) -> Change:
+    """A change without values."""
+    return Change(kind, lambda problem, _: apply(problem), kind, **more)
+
+
+def fixed(kind: str, **fields: Any) -> Change:
+    """A change without values that gives the problem other fields."""
+    return plain(kind, lambda problem: problem.changed(**fields))
+
+
+FACTOR = Axis(1e-5, 2.3, factor=True)
+
+
+def scaled(kind: str, apply: Callable[[Any, float], Any], axis: Axis = FACTOR, words: str | None = None) -> Change:
+    """A change with one value, a factor by default."""
+    return Change(kind, lambda problem, v: apply(problem, v[0]), words or f"{kind} x {{}}", (axis,))
+
+
+def shifts(apply: Callable[[Any, float, float], Any]) -> list[Change]:
+    """Shifts by texels along u, along v and along both."""
+    one, both, words = Axis(3e-4, 6.0, signed=False), Axis(0.01, 6.0, number=5, signed=False), "shifted by {} texels"
+    return [
+        Change("shift of u", lambda p, s: apply(p, s[0], 0.0), f"u {words}", (one,)),
+        Change("shift of v", lambda p, s: apply(p, 0.0, s[0]), f"v {words}", (one,)),
+        Change("shift of u and v", lambda p, s: apply(p, *s), "u and v shifted by {} and {} texels", (both, both)),
+    ]
+
+
+# Rows and columns in the other order, of a texture as a whole.
+FLIPS = (
+    plain("rows from below", lambda p: p.flipped(False, True), first=True),
+    plain("columns from the right", lambda p: p.flipped(True, False), first=True),
+    plain("rows from below and columns from the right", lambda p: p.flipped(True, True), first=True),
+)
+
+
+def cut(problem: Problem) -> list[Change]:
+    """The change of codes that are cut and not rounded, where the format has codes."""
+    if problem.floored is None:
+        return []
+    return [plain("codes cut, not rounded", lambda p: p.changed(store=p.floored))]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A change that was tried."""
+
+    kind: str  # the change's name; of two, both, joined by ' and '
+    values: Values  # in the order in which ``words`` has them
+    words: str  # the change with its values
+    share: float  # of the surface's texels, 0 to 1, that lie in the changed reference's interval
+    decided: float  # share of the wrong texels that the change decides
+    explained: float  # share of the wrong texels that it decides and that lie in their intervals
+    shared: bool = False  # whether it is a number of the display or camera, one for all stages and modules
+    hint: str = ""  # an option that makes the texture right

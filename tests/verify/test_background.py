@@ -43,7 +43,7 @@ def test_a_background_is_named_with_the_option_that_accepts_it(reference, tmp_pa
     assert wrong == [found]  # later stages are judged without it
     assert compare(mine, reference) == 2
     assert words in capsys.readouterr().out
-    assert compare(mine, reference, "--background", value) == 0
+    assert compare(mine, reference, "--background", str(value)) == 0
 
 
 def test_a_wrong_surface_is_explained_beside_its_background(reference, tmp_path):

@@ -1,4 +1,4 @@
-"""What stands where there is no surface: another value than the reference's is judged apart, and named."""
+"""The background, where there is no surface: a value that is not the reference's is judged apart, and named."""
 
 from dataclasses import replace
 from typing import Any

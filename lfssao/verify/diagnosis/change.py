@@ -109,7 +109,7 @@ class Axis:
 
     @property
     def ratio(self) -> float:
-        """Of a size to the one before."""
+        """The ratio of a size to the one before."""
         return float((self.most / self.least) ** (1 / (self.number - 1)))
 
     def value(self, step: float) -> float:

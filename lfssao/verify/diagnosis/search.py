@@ -99,6 +99,7 @@ class Sample:
         usual = off[(off > 0) & np.isfinite(off)]
         return float(np.median(usual)) if len(usual) else 1.0
 
+    @np.errstate(all="ignore")  # an interval may be everything
     def trial(self, change: Change, steps: Values) -> Trial:
         """Try a change. The cost grows with the distance from the interval, and far more slowly from its middle."""
         try:
@@ -110,8 +111,7 @@ class Sample:
         low, high, middle = held(problem)
         off = per_texel(beyond(problem.mine, low, high))
         away = per_texel(beyond(problem.mine, middle, middle))
-        with np.errstate(invalid="ignore"):
-            decides = self.wrong & np.any(_columns(high - low < self.deviation), axis=1)
+        decides = self.wrong & np.any(_columns(high - low < self.deviation), axis=1)
         far, near = (np.divide(d, d + self._scale, out=np.ones(len(d)), where=np.isfinite(d)) for d in (off, away))
         inside = off == 0
         bad = np.where(inside, np.where(self.wrong & ~decides, self.undecided, 0.0), 0.5 + 0.5 * far)

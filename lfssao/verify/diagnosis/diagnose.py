@@ -13,7 +13,7 @@ from lfssao.verify.verdict import Flags, texels
 
 _SCREENED = 256  # texels on which all changes are tried
 _SEARCHED = 2400  # on which the best are refined
-_POLISHED = 800_000  # samples or taps of the texels that the best change's values are made good on
+_POLISHED = 2_000_000  # samples or taps of the texels that the best change's values are made good on
 _MOST = 2_000_000  # samples or taps that shares are counted over
 _FEWEST = 2_000  # texels
 _LIKELY = 0.8  # share of the wrong texels that a change explains whose values are then made good

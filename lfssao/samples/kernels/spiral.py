@@ -54,6 +54,13 @@ def random_angles(seed, angles):
 
 
 @kernel
+def random_angles_at(seed, rows, columns, angles):
+    """``random_angles`` of some texels, (K,) each."""
+    for k in range(angles.shape[0]):
+        angles[k] = np.float64(random_word(seed, rows[k], columns[k])) / 2147483648.0
+
+
+@kernel
 def turns_of(angles, turns):
     """Cosine and sine of angles, (H, W) half-turns, each rounded to the dtype of turns, (2, H, W), out."""
     for y in range(angles.shape[0]):

@@ -14,7 +14,7 @@ from lfssao.verify.verdict import Flags, texels
 _SCREENED = 256  # texels on which all changes are tried
 _SEARCHED = 2400  # on which the best are refined
 _POLISHED = 2_000_000  # samples or taps of the texels that the best change's values are made good on
-_MOST = 2_000_000  # samples or taps that shares are counted over
+_MOST = 640_000  # samples or taps that shares are counted over
 _FEWEST = 2_000  # texels
 _LIKELY = 0.8  # share of the wrong texels that a change explains whose values are then made good
 _SOME = 0.1  # share of the wrong texels that a change decides which explains other textures
@@ -100,6 +100,9 @@ class WrongTexture(Texture):
         if len(bad) < FEWEST:
             return Diagnosis(False, (), len(good) / (len(good) + len(bad)), len(good) + len(bad), len(bad))
         cost = problem.cost
+        same = self._explained(bad, good, cost, known, False) if known else None
+        if same is not None and same.fits:
+            return same
         inner, others = bad[~self._leaving(bad)], good[~self._leaving(good)]
         if len(inner) < max(FEWEST, _INNER * len(bad)) or len(inner) == len(bad):
             return self._explained(bad, good, cost, known, search)
@@ -137,14 +140,14 @@ class WrongTexture(Texture):
         small, large = drawn(_SCREENED), drawn(_SEARCHED)
         changes = small.problem.changes()
         by_kind = {change.kind: change for change in changes}
-        told = [self._again(each, by_kind, large, counted) for each in known]
+        told = (self._again(each, by_kind, large, counted) for each in known)
         best = next((trial for trial in told if trial is not None), None)
         if best is None and borders:
             best = self._with_border(known[0], by_kind, counted)
         if best is None and not search:
             return None
         found = [best] if best is not None else self._searched(Search(small, large, changes), counted, cost, drawn)
-        tried = [counted.trial(trial.change, trial.steps) for trial in found[:_TOLD]]
+        tried = [best] if best is not None else [counted.trial(t.change, t.steps) for t in found[:_TOLD]]
         share = (1.0 - counted.before, len(counted.weights), len(bad))
         subject = self.case.parameters["estimator"] if self.name in self.layers else f"the reference's {self.name}"
         least = DECIDED if best is None or not best.change.shared else _SOME

@@ -23,7 +23,7 @@ from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import BOUNDED, point_bounds
 from lfssao.verify.diagnosis.change import FACTOR, INSIDE, OUTSIDE, Axis, Change, Problem, fixed, plain, scaled
-from lfssao.verify.diagnosis.occlusion import other_tables, other_turns
+from lfssao.verify.diagnosis.occlusion import other_tables, other_turns, turn_seeds
 from lfssao.verify.diagnosis.post import half, of_texture
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
@@ -153,6 +153,9 @@ class Estimated(Problem):
             )
         for words, make in other_turns(self.rotation, self.seed, *shape):
             yield _with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]
+        for words, number in turn_seeds(self.rotation, self.seed):
+            turned = partial(Buffers.turned, rotation=self.rotation, seed=number)
+            yield _with_buffers(words, turns=lambda b, turned=turned: turned(b).turns)  # type: ignore[misc]
 
 
 def _with_buffers(kind: str, **made: Callable[[Buffers], Any]) -> Change:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from lfssao.core.affine import Matrix
 from lfssao.errors import InputError
 from lfssao.samples import ROTATIONS, make_samples, sample_set, texel_turns
+from lfssao.samples.kernels import spiral
 from lfssao.samples.registry import METHODS
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
@@ -227,6 +228,8 @@ class Occlusion(Problem):
             yield fixed("samples turned the other way", way=-1)
         for words, make in other_turns(self.rotation, self.seed, *self.depth.shape):
             yield plain(words, partial(_turned_by, make))
+        for words, number in turn_seeds(self.rotation, self.seed):
+            yield plain(words, partial(_turned_by_seed, number))
 
     def _with_values(self) -> list[Change]:
         at = self.landed
@@ -331,10 +334,20 @@ def other_turns(rotation: str, seed: int, height: int, width: int) -> Turns:
         yield f"turns of {words}", moved
     yield "turns of rows from below", lambda: of(rotation, height, width, seed)[:, ::-1]
     yield "turns of columns from the right", lambda: of(rotation, height, width, seed)[:, :, ::-1]
-    if rotation == "hash":  # the only one that has a seed
-        for number in range(SEEDS):
-            if number != seed:
-                yield f"turns of seed {number} in place of {seed}", partial(of, rotation, height, width, number)
+
+
+def turn_seeds(rotation: str, seed: int) -> Iterator[tuple[str, int]]:
+    """Other seeds of turns, each with its name; 'hash' alone has seeds."""
+    for number in range(SEEDS) if rotation == "hash" else ():
+        if number != seed:
+            yield f"turns of seed {number} in place of {seed}", number
+
+
+def _turned_by_seed(seed: int, problem: Occlusion) -> Occlusion:
+    angles, turns = np.empty((1, len(problem.rows))), np.empty((2, 1, len(problem.rows)), np.float32)
+    spiral.random_angles_at(np.uint64(seed), problem.rows, problem.columns, angles[0])
+    spiral.turns_of(angles, turns)
+    return problem.changed(turns=turns[:, 0].astype(np.float64))
 
 
 def other_tables(samples: FloatArray, sampling: Mapping[str, Any]) -> Iterator[tuple[str, FloatArray]]:
@@ -362,6 +375,11 @@ def other_tables(samples: FloatArray, sampling: Mapping[str, Any]) -> Iterator[t
             yield kind, table
 
 
+@cache
+def _table(domain: str, method: str, n: int, seed: int, **options: float) -> FloatArray:
+    return sample_set(domain, method, n, seed, **options).points
+
+
 def _of_seeds(samples: FloatArray, sampling: Mapping[str, Any]) -> dict[str, FloatArray]:
     """Tables of the same method by other seeds, if it makes the samples by its own."""
     n, d = samples.shape
@@ -369,7 +387,7 @@ def _of_seeds(samples: FloatArray, sampling: Mapping[str, Any]) -> dict[str, Flo
     whole, ring = {"r_min": 0.0, "r_max": 1.0}, {"r_min": 0.8, "r_max": 1.0}
     for domain, options in (("ball", ring), ("ball", whole)) if d == 3 else (("disk", {}),):
         with suppress(InputError):  # a table of a file has no method
-            made = [sample_set(domain, str(method), n, seed, **options).points for seed in (own, *range(SEEDS))]
+            made = [_table(domain, str(method), n, seed, **options) for seed in (own, *range(SEEDS))]
             if np.array_equal(made[0], samples):
                 return {f"samples of seed {k} in place of {own}": table for k, table in enumerate(made[1:]) if k != own}
     return {}

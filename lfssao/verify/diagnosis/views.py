@@ -113,6 +113,8 @@ class Sight:
         """The same with another display, or another map to physical space."""
         view = self.view
         made = display.view(0, view.cast_from_world if cast is None else cast, view.guard)
+        if self.pinhole and made.rays.kind != CROSSED_SLITS:
+            raise InputError("a pinhole has aligned texels and no distortion")
         return replace(self, view=replace(made, name=view.name), display=display)
 
     def with_module(self, **changes: Any) -> "Sight":

@@ -87,10 +87,11 @@ class Diagnoser:
             self._given_up.add(stage)
             self._open[name] = wrong
         for each in found.candidates if found.fits else ():
+            same = Candidate(each.kind, each.values, "", 0.0, 0.0, 0.0, each.shared)  # of any texture
             if each.shared:
-                self._shared[each] += 1
-            elif each.kind != "background" and each not in self._found[stage]:
-                self._found[stage].append(each)
+                self._shared[same] += 1
+            elif each.kind != "background" and same not in self._found[stage]:
+                self._found[stage].append(same)
         return found
 
     def later(self) -> dict[str, Diagnosis]:

@@ -13,7 +13,7 @@ from lfssao.verify.verdict import Flags, texels
 
 _SCREENED = 256  # texels on which all changes are tried
 _SEARCHED = 2400  # on which the best are refined
-_POLISHED = 2_000_000  # samples or taps of the texels that the best change's values are made good on
+_POLISHED = 1_200_000  # samples or taps of the texels that the best change's values are made good on
 _MOST = 640_000  # samples or taps that shares are counted over
 _FEWEST = 2_000  # texels
 _LIKELY = 0.8  # share of the wrong texels that a change explains whose values are then made good
@@ -170,7 +170,7 @@ class WrongTexture(Texture):
             likely = [trial for trial in found if search.large.fits(trial) or trial.explained > _LIKELY][:_TOLD]
             if not likely:
                 return found
-            again = [t for t in likely if t.steps and more is not counted]
+            again = [t for t in likely[:2] if t.steps and more is not counted]
             better = [more.refined(t, 1.2) if t in again else more.trial(t.change, t.steps) for t in likely]
             better.sort(key=more.rank)
             better[0] = more.centred(better[0]) if better[0].steps and more is not counted else better[0]

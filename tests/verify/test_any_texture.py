@@ -25,7 +25,7 @@ JOBS = {
         for name in ("hemisphere", "alchemy", "vo-points")
     },
 }
-DRAWS = 2  # of each job
+DRAWS = 1  # of each job
 
 
 @pytest.fixture(scope="module")

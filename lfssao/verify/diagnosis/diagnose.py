@@ -159,7 +159,7 @@ class WrongTexture(Texture):
         return Diagnosis(False, near, *share, max(gains, default=0.0), subject=subject)
 
     def _searched(self, search: Search, counted: Sample, cost: int, drawn: Callable[[int], Sample]) -> Sequence[Trial]:
-        """What a search finds, its values made good on more texels, the best first; pairs if no change fits."""
+        """The changes that a search finds, the best first, with values made good on more texels; pairs if none fits."""
         more = counted
         if self.name in self.layers and not isinstance(counted.problem, Estimated):
             # Counts have steps: fewer texels leave values open.

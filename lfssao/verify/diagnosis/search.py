@@ -142,7 +142,7 @@ class Sample:
         """A key: changes that explain the texture first, of these the fewest values, then by what they explain."""
         if not self.fits(trial):
             return True, 0, 0, False, trial.cost
-        # Of equals a fault of one stage comes before a number of the view, which is one in all stages.
+        # A fault of one stage comes before a number of the view that predicts the same, as that is one in all stages.
         return False, len(trial.steps), round(-self.gain(trial) / _EQUAL), trial.change.shared, trial.cost
 
     def near_grid(self, change: Change) -> Trial:

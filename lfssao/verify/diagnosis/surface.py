@@ -103,7 +103,7 @@ class Depth(Image):
 
     @cached_property
     def _own(self) -> FloatArray:
-        """What the reference's rays see."""
+        """Depths that the reference's rays see."""
         assert self.caster is not None
         return self.sight.cast(self.caster, self.sight.view.cast_from_world, self.columns, self.rows)
 

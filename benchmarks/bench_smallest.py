@@ -74,7 +74,7 @@ class Renderer:
 
 
 def errors(r: Renderer) -> Iterator[tuple[str, str, str, str, float, Make]]:
-    """What is wrong, its unit, the layer, the name that is right, the least size, and the texture of a size."""
+    """Each error, its unit, the layer, the name that is right, the least size, and the texture of a size."""
     c, module = r.display, r.display.modules[MODULE]
 
     def shifted(s: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What stands where there is no surface is judged and named apart, first."""
+"""The background, where there is no surface, is judged and named apart, first."""
 
 import json
 

@@ -37,7 +37,7 @@ class Sight:
 
     @property
     def mapping(self) -> WorldToImage:
-        """The mapping world -> image. Of a pinhole image z is 1 / (lens z - z), which grows with z (``deepened``)."""
+        """The mapping world -> image. A pinhole has image z 1 / (lens z - z), which grows with z (``deepened``)."""
         view = self.view
         if not self.pinhole:
             return view.world_to_image

@@ -135,7 +135,7 @@ class WrongTexture(Texture):
             return Sample(problem, flags, np.concatenate(weights) / (len(bad) + len(good)), len(bad))
 
         counted = drawn(max(_MOST // cost, _FEWEST))
-        if isinstance(counted.problem, Estimated):  # by bounds of its own, where some are known
+        if isinstance(counted.problem, Estimated):
             counted = replace(counted, problem=counted.problem.changed(model=self.model))
         small, large = drawn(_SCREENED), drawn(_SEARCHED)
         changes = small.problem.changes()
@@ -160,20 +160,19 @@ class WrongTexture(Texture):
 
     def _searched(self, search: Search, counted: Sample, cost: int, drawn: Callable[[int], Sample]) -> Sequence[Trial]:
         """The changes that a search finds, the best first, with values made good on more texels; pairs if none fits."""
-        more = counted
-        if self.name in self.layers and not isinstance(counted.problem, Estimated):
-            # Counts have steps: fewer texels leave values open.
-            more = replace(drawn(max(_POLISHED // cost, _FEWEST)), undecided=0.0)
+        has_steps = self.name in self.layers and not isinstance(counted.problem, Estimated)
+        # Counts have steps: fewer texels leave values open.
+        more = replace(drawn(max(_POLISHED // cost, _FEWEST)), undecided=0.0) if has_steps else counted
 
         def polished(found: Sequence[Trial]) -> Sequence[Trial]:
             """The same with the values of the likely ones made good."""
-            likely = [trial for trial in found if search.large.fits(trial) or trial.explained > _LIKELY][:_TOLD]
-            if not likely:
-                return found
-            again = [t for t in likely[:2] if t.steps and more is not counted]
-            better = [more.refined(t, 1.2) if t in again else more.trial(t.change, t.steps) for t in likely]
+            likely = [t for t in found if search.large.fits(t) or t.explained > _LIKELY or not has_steps][:_TOLD]
+            better = [more.trial(trial.change, trial.steps) for trial in likely]
+            if has_steps:
+                better[:2] = [more.refined(t, 1.2) if t.steps else t for t in better[:2]]
             better.sort(key=more.rank)
-            better[0] = more.centred(better[0]) if better[0].steps and more is not counted else better[0]
+            if has_steps:
+                better[:1] = map(more.centred, better[:1])
             kinds = {trial.change.kind for trial in better}
             return [*better, *(trial for trial in found if trial.change.kind not in kinds)]
 

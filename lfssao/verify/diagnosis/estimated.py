@@ -1,8 +1,9 @@
 """Changes of any estimator's occlusion, found by running it: with other options, turns, samples, normals or textures.
 
 The reference's own kernels make each changed texture whole. That asks nothing of an estimator but to be registered, and
-costs some hundred runs. The search takes the interval of a changed texel to be as wide as that of the reference there;
-the share of the best changes is counted by bounds of their own.
+costs some hundred runs. A changed texel agrees if it is within a quarter of the reference's interval there, and
+``ROOM``, of what the kernels make: renderers are far nearer than their bounds. A texel that is off by more, but inside
+the changed estimator's own bounds, is open.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -21,14 +22,14 @@ from lfssao.optics.view import View, WorldToImage
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.points import BOUNDED, point_bounds
+from lfssao.verify.bounds.points import point_bounds
 from lfssao.verify.diagnosis.change import FACTOR, INSIDE, OUTSIDE, Axis, Change, Problem, fixed, plain, scaled
 from lfssao.verify.diagnosis.occlusion import other_tables, other_turns, turn_seeds
 from lfssao.verify.diagnosis.post import half, of_texture
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 
-ROOM = 2e-5  # by which sums of a renderer in float32 are off, where no interval of them is known
+ROOM = 2e-5  # by which sums of a renderer in float32 are off; of a small error a quarter of it
 _MOST_COUNT = 40  # of taps, turns and other whole numbers
 
 
@@ -49,7 +50,7 @@ class Estimated(Problem):
     rotation: str  # the reference's, and its seed
     seed: int
     border: str | None = None  # a rule of ``INSIDE`` by which texels inside stand for those beyond the border
-    model: ErrorModel | None = None  # bounds of this model, where some are known, in place of the room
+    model: ErrorModel | None = None  # of the bounds, where they are asked for
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The estimator's occlusion, with room for rounding."""
@@ -58,14 +59,18 @@ class Estimated(Problem):
             guard = self._guard
             buffers = _padded(buffers, guard, self.border)
         at = self.rows + guard, self.columns + guard
-        if self.model is not None:
-            found = point_bounds(name, buffers, self.radius, *samples, self.options, self.model)
-            if found is not None:
-                low, high = (end[at].astype(np.float64) for end in (found.lower, found.upper))
-                return low, high
         values = estimate(name, buffers, self.radius, *samples, **self.options).texture[at].astype(np.float64)
-        room = self.room + (0.0 if name in BOUNDED else ROOM)
-        return values - room, values + room
+        room = self.room / 4 + np.where(self.off > 0, np.minimum(ROOM, self.off / 4), ROOM)
+        low, high = values - room, values + room
+        if self.model is None:
+            return low, high
+        bounds = point_bounds(name, buffers, self.radius, *samples, self.options, self.model)
+        if bounds is None:
+            return low, high
+        near = (self.mine >= low) & (self.mine <= high)
+        return np.where(near, low, np.minimum(low, bounds.lower[at])), np.where(
+            near, high, np.maximum(high, bounds.upper[at])
+        )
 
     @property
     def _guard(self) -> int:
@@ -132,7 +137,7 @@ class Estimated(Problem):
                     yield plain(words, partial(_with_option, name, value=other))
             if name == "reach":
                 for factor, reason in ((2.0, "without its 1/2"), (0.5, "with one 1/2 too many")):
-                    words = f"radius in texels x {factor:.1f}, as of a projection scale {reason},"
+                    words = f"radius in texels x {factor:.3f}, as of a projection scale {reason},"
                     yield plain(words, partial(_with_option, name, value=value * factor))
             if isinstance(value, float) and value != 0.0:
                 words = f"{'radius in texels' if name == 'reach' else name} x {{}}"

@@ -88,9 +88,15 @@ class Sample:
 
     @cached_property
     def deviation(self) -> FloatArray:
-        """How far each number is outside the reference's interval, or of what it was judged by."""
+        """How far each number is from the middle of the reference's interval, or outside of what it was judged by.
+
+        An interval that is narrower and holds the number does not hold what the reference says.
+        """
         base = self.base or self.problem
-        return np.maximum(beyond(base.mine, *held(base)[:2]), base.off)
+        low, high, _ = held(base)
+        middle = 0.5 * (low + high)
+        away = np.where(np.isfinite(middle), beyond(base.mine, middle, middle), beyond(base.mine, low, high))
+        return np.maximum(away, base.off)
 
     @cached_property
     def _scale(self) -> float:

@@ -23,7 +23,7 @@ FLAGS: dict[str, Any] = {
 }
 
 _CORE = Path(__file__).parent
-_FEW = 64  # rows: threads would take longer to begin, which is half of a search's time on small textures
+FEW = 64  # rows of a texture: threads would take longer to begin, which is half of a search's time on small ones
 _BANDS_A_THREAD = 4  # bands that are slow do not leave a thread without work
 
 
@@ -64,7 +64,8 @@ class RowKernel:
     py_func: the function as it is written. compiled: numba's, whose first two arguments are the band.
     """
 
-    def __init__(self, function: Callable[..., None], compiled: Callable[..., None], rows: str) -> None:
+    def __init__(self, function: Callable[..., None], compiled: Callable[..., None], rows: str, few: int) -> None:
+        self._few = few
         functools.update_wrapper(self, function)
         name, _, self._attribute = rows.partition(".")
         self._place = list(inspect.signature(function).parameters).index(name) - 2
@@ -75,7 +76,7 @@ class RowKernel:
         rows, threads = arguments[self._place], numba.get_num_threads()
         rows = getattr(rows, self._attribute) if self._attribute else rows
         count = rows if isinstance(rows, int) else rows.shape[0]
-        if count <= _FEW:
+        if count <= self._few:
             self.compiled(0, count, *arguments)
             return
         self.compiled(0, 0, *arguments)  # compiles here, where an interruption arrives, and not in a thread
@@ -83,17 +84,18 @@ class RowKernel:
         in_chunks(lambda begin, stop: self.compiled(begin, stop, *arguments), count, max(size, 2), threads)
 
 
-def kernel(function: Callable[..., Any] | None = None, *, rows: str = "", inline: bool = False) -> Any:
+def kernel(function: Callable[..., Any] | None = None, *, rows: str = "", few: int = FEW, inline: bool = False) -> Any:
     """Compile a function of arrays and scalars with numba under the flags of ``FLAGS``, for the cache on disk.
 
     With ``rows`` it computes a band of rows, from ``begin`` to before ``stop``, its first two parameters. Callers leave
     them out: threads share the rows of the array, or the number of rows, that ``rows`` names, ``argument`` or
     ``argument.attribute``; each thread takes the next band, which begins at an even row. One thread alone writes a row.
+    The calling thread computes ``few`` rows and less alone: where a row is one point, more than of a texture's.
     numba's own ``prange`` has the same speed and compiles 1.4 to 1.7 times as long (benchmarks/README.md).
     With ``inline`` LLVM must put the function into its callers, so that their loops become vectors.
     """
     if function is None:
-        return functools.partial(kernel, rows=rows, inline=inline)
+        return functools.partial(kernel, rows=rows, few=few, inline=inline)
     options = {**FLAGS, "forceinline": inline}
     chosen = numba.config.CACHE_DIR
     folder = _cache_folder(chosen)
@@ -102,7 +104,7 @@ def kernel(function: Callable[..., Any] | None = None, *, rows: str = "", inline
         compiled = numba.njit(function, cache=bool(folder), **options)
     finally:
         numba.config.CACHE_DIR = chosen
-    return RowKernel(function, compiled, rows) if rows else compiled
+    return RowKernel(function, compiled, rows, few) if rows else compiled
 
 
 @contextmanager

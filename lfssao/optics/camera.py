@@ -198,7 +198,7 @@ def linear_view(view: View, linear: bool = True) -> View:
     """
     lens = view.lens.copy()
     lens[7] = float(linear)
-    return replace(_view(lens, view.cast_from_world, view.width, view.height, view.guard), name=view.name)
+    return with_lens(view, lens, view.cast_from_world)
 
 
 _SKEW = 1e-4  # cosine of an angle; matrices of float32 are off by 1e-7

@@ -305,6 +305,20 @@ class View:
         with np.errstate(divide="ignore", invalid="ignore"):  # a renderer's own depth may be anything
             return np.where(depth < np.inf, -1 / depth, depth)
 
+    def cast_z(self, depth: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Cast space z of finite depths: depth itself, but of a camera's screen space z the distance along its axis."""
+        if self.screen_to_world is None or self.linear:
+            return depth
+        near, far, orthographic = self.lens[4:7].tolist()
+        return np.asarray(near + depth * (far - near) if orthographic else near / (1 - depth * (1 - near / far)))
+
+    def depth_at(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Depth of points at z of cast space, what ``cast_z`` undoes; float64."""
+        if self.screen_to_world is None or self.linear:
+            return z
+        near, far, orthographic = self.lens[4:7].tolist()
+        return np.asarray((z - near) / (far - near) if orthographic else far / (far - near) * (1 - near / z))
+
     def viewer_distance(self) -> NDArray[np.float64]:
         """Distance of a world point from the viewers along the axis of depth, as an affine function of the point.
 

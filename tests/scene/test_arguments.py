@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import is_refused
 
 import lfssao
-from lfssao import InputError, Mesh, Paint
+from lfssao import Mesh, Paint
 
 CORNERS, FACES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
 MASK = np.eye(3) > 0
@@ -54,9 +55,7 @@ WRONG = [
 
 @pytest.mark.parametrize(("call", "words"), WRONG, ids=[words for _, words in WRONG])
 def test_what_means_nothing_is_refused(call, words):
-    with pytest.raises(InputError, match=words) as caught:
-        call()
-    assert "\n" not in str(caught.value)
+    assert is_refused(call, words)
 
 
 def test_what_is_right_in_another_type_is_taken():

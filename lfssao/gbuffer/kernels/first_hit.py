@@ -154,7 +154,7 @@ def _shorten(best, packet):
     packet[9, _SUBS * _SUBS] = tile_far
 
 
-@kernel(rows="lines")
+@kernel(rows="lines", few=256)
 def first_depths(begin, stop, lines, tree, z):
     """Write z of the first triangle that each of n lines hits, float64, infinity for none.
 

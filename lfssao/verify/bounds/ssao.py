@@ -22,8 +22,6 @@ from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.kernels.point_bounds import Points, count_hidden
 from lfssao.verify.bounds.kernels.seen import IMAGE, NOTHING, Seen, write_depths
 
-_FEW = 50_000  # points that one thread maps in a few milliseconds
-
 
 def ao_bounds(
     depth: Texture,
@@ -152,11 +150,7 @@ def project_positions(
     points, off = positions.reshape(-1, 3), allowance.reshape(-1, 3)
     image, error, sure = np.empty_like(points), np.empty_like(points), np.empty(len(points), np.bool_)
     mapping = Projection(world_to_image.kind, single(world_to_image.numbers))
-    given = points, off, mapping, model.errors, image, error, sure
-    if len(points) < _FEW:  # threads would take longer to begin
-        projection_bounds.map_positions.compiled(0, len(points), *given)
-    else:
-        projection_bounds.map_positions(*given)
+    projection_bounds.map_positions(points, off, mapping, model.errors, image, error, sure)
     return image.reshape(shape), error.reshape(shape), sure.reshape(shape[:-1])
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import isclose
 
 from lfssao.verify.compare.result import Result
-from lfssao.verify.diagnosis.change import Candidate
+from lfssao.verify.diagnosis.change import Candidate, percent
 
 _ALIKE = 1e-3  # relative difference of values that are one
 
@@ -58,8 +58,8 @@ def _told(best: Candidate, of: Sequence[Result]) -> Cause:
     shares = [(own.explained, r.diagnosis.wrong) for r in of if r.diagnosis and (own := _of(r, best))]
     explained = sum(share * number for share, number in shares) / (wrong or 1)
     hint = best.hint and f": {best.hint}"
-    verb = "" if best.kind == "background" else " explains"
-    words = f"{best.words}{verb or ' in'} {what} of {where}"
-    if verb:
-        words += f" ({min(100 * explained, 99.99) if explained < 1 else 100:.2f} % of {wrong} wrong texels)"
+    if best.kind == "background":
+        words = f"{best.words} in {what} of {where}"
+    else:
+        words = f"{best.words} explains {what} of {where} ({percent(explained)} of {wrong} wrong texels)"
     return Cause(best.kind, best.values, words + hint, tuple(modules), tuple(layers), tuple(r.place for r in of))

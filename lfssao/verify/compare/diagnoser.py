@@ -27,7 +27,7 @@ from lfssao.verify.judge import inputs_of
 from lfssao.verify.verdict import Judgement, Verdict
 
 _MOST_MODULES = 6  # whose depth is tried: each takes a file to read
-WRONG = (Verdict.OUTSIDE, Verdict.DIFFERENT)
+_WRONG = (Verdict.OUTSIDE, Verdict.DIFFERENT)
 
 
 class Diagnoser:
@@ -61,7 +61,7 @@ class Diagnoser:
         there is no surface, None if that was right.
         """
         stage = name.rpartition("_")[0] if name.startswith("ao_") else name
-        if case.stage != VIEW or judged.verdict not in WRONG:
+        if case.stage != VIEW or judged.verdict not in _WRONG:
             return None
         wrong = WrongTexture(
             name,

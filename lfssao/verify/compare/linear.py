@@ -51,10 +51,8 @@ def with_distances(case: Case, mine: Arrays, model: ErrorModel) -> tuple[Case, d
 
 def _distance(view: View, depth: Texture) -> FloatArray:
     """Distances of screen space z."""
-    near, far, orthographic = view.lens[4:7].tolist()
     d = np.where(depth < np.inf, depth.astype(np.float64), 0.0)
-    z = near + d * (far - near) if orthographic else near / (1 - d * (1 - near / far))
-    return np.where(depth < np.inf, z, np.inf)
+    return np.where(depth < np.inf, view.cast_z(d), np.inf)
 
 
 def _positions(view: View, distances: Texture) -> Texture:
@@ -68,9 +66,8 @@ def _positions(view: View, distances: Texture) -> Texture:
 @np.errstate(all="ignore")  # a wrong distance may be any number
 def _conversion_error(view: View, distances: Texture, model: ErrorModel) -> FloatArray:
     """How far distances may be off that a renderer made of screen space z, (H, W); 0 where there is no surface."""
-    near, far, orthographic = view.lens[4:7].tolist()
     z = distances.astype(np.float64)
-    screen = (z - near) / (far - near) if orthographic else far / (far - near) * (1 - near / z)
+    screen = view.depth_at(z)
     lower, upper = distance_ends(view, screen, screen, model)
     return np.where(np.isfinite(z), np.fmax(upper - z, z - lower), 0.0)
 

@@ -141,8 +141,7 @@ class Report:
         for result in failing[:_MOST_LINES]:
             yield f"{result.place}: {result.sentence}"
             yield from (f"  {found.words(part)}" for part, found in result.agreement.items())
-            alone = sum(result.place in cause.places for cause in shared) == 0
-            if result.diagnosis is not None and alone:
+            if result.diagnosis is not None and not any(result.place in cause.places for cause in shared):
                 yield f"  {result.diagnosis.words(result.module)}"
         if len(failing) > _MOST_LINES:
             yield f"... and {len(failing) - _MOST_LINES} more"

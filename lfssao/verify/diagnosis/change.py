@@ -206,3 +206,8 @@ class Candidate:
     explained: float  # share of the wrong texels that it decides and that lie in their intervals
     shared: bool = False  # whether it is a number of the display or camera, one for all stages and modules
     hint: str = ""  # an option that makes the texture right
+
+
+def percent(share: float) -> str:
+    """A share in percent, never rounded up to 100."""
+    return f"{min(100 * share, 99.99) if share < 1 else 100:.2f} %"

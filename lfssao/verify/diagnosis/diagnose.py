@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lfssao.verify.diagnosis.change import OUTSIDE, Candidate, Change, Places
+from lfssao.verify.diagnosis.change import OUTSIDE, Candidate, Change, Places, percent
 from lfssao.verify.diagnosis.estimated import Estimated
 from lfssao.verify.diagnosis.problems import Texture
 from lfssao.verify.diagnosis.search import DECIDED, FEWEST, NEAR, Sample, Search, Trial, pair
@@ -47,21 +47,16 @@ class Diagnosis:
             few = "texel is" if self.wrong == 1 else "texels are"
             return f"{before}{self.wrong} wrong {few} too few to tell a cause in {module}"
         if not self.candidates:
-            share = f"(best {_percent(max(self.nearest, 0.0))} of {self.wrong} wrong texels)"
+            share = f"(best {percent(max(self.nearest, 0.0))} of {self.wrong} wrong texels)"
             return f"{before}no setting of {self.subject} comes near {module} {share}"
         best, number = self.candidates[0], f"the {self.wrong} wrong texels of {module}"
         if not self.fits:
-            found = f"the nearest, {best.words}, explains {_percent(best.explained)}"
+            found = f"the nearest, {best.words}, explains {percent(best.explained)}"
             return f"{before}no change that was tried explains {number}; {found}"
-        decided = "all" if best.decided == 1 else _percent(best.decided)
-        told = f"{best.words} explains {_percent(best.explained)} of {number} and decides {decided}"
+        decided = "all" if best.decided == 1 else percent(best.decided)
+        told = f"{best.words} explains {percent(best.explained)} of {number} and decides {decided}"
         rest = f" (without {self.left_out} of which a sample leaves the texture)" if self.left_out else ""
         return f"{before}{told}{rest}{best.hint and f': {best.hint}'}"
-
-
-def _percent(share: float) -> str:
-    """A share in percent, never rounded up to 100."""
-    return f"{min(100 * share, 99.99) if share < 1 else 100:.2f} %"
 
 
 def _spread(places: Places, most: int) -> Places:

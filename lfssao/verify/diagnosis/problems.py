@@ -1,7 +1,7 @@
 """The problems of a wrong texture: some of its texels, and what each stage's changes are made of."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any
 
@@ -42,7 +42,7 @@ class Texture:
     model: ErrorModel  # not an exact one
     stored: Stored | None = None  # the texture's format
     display: tuple[Display, int] | None = None  # the display, and the module's number
-    others: Mapping[str, WorldToImage | Sight] = field(default_factory=dict)  # other modules, by name
+    others: Mapping[str, Sight] = field(default_factory=dict)  # other modules, by name
     depths: Callable[[], Mapping[str, NDArray[Any]]] = dict  # of other modules, by what is wrong with them
     caster: Callable[[], RayCaster | None] | None = None  # of the mesh, where it is at hand
     sampling: Mapping[str, Any] = field(default_factory=dict)  # method and seed of the samples
@@ -84,11 +84,7 @@ class Texture:
         display, index = self.display or (None, None)
         sight = sight_of(described_view(self.case.parameters), display, index)
         centre = None if display is None else np.mean(np.array(display.roi, np.float64), axis=0)
-        others = {
-            name: other if isinstance(other, Sight) else replace(sight, view=replace(sight.view, world_to_image=other))
-            for name, other in self.others.items()
-        }
-        return {"sight": sight, "centre": centre, "others": others}
+        return {"sight": sight, "centre": centre, "others": self.others}
 
     def problem(self, places: Places) -> Problem | None:
         """The problem of some texels, by their numbers; None if a texture that it is made of is not known."""

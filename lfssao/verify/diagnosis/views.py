@@ -68,11 +68,6 @@ class Sight:
         with np.errstate(all="ignore"):
             return np.where(np.isfinite(depth), 1 / (self.view.lens[1] - depth.astype(np.float64)), np.inf)
 
-    @property
-    def _by_screen(self) -> bool:
-        """Whether depth is a camera's screen space z, and no distance."""
-        return self.view.screen_to_world is not None and not self.view.linear
-
     def depth_of(self, image_z: FloatArray) -> FloatArray:
         """Depth of image z, what ``View.image_z`` undoes."""
         perspective = self.view.linear and not self.view.lens[6]
@@ -92,10 +87,7 @@ class Sight:
 
     def points(self, columns: NDArray[Any], rows: NDArray[Any], depth: FloatArray) -> FloatArray:
         """World points, (K, 3), of texels that see a depth."""
-        lines, z = self.lines(columns, rows), np.asarray(depth, np.float64)
-        if self._by_screen:
-            near, far, orthographic = self.view.lens[4:7].tolist()
-            z = near + z * (far - near) if orthographic else near / (1 - z * (1 - near / far))
+        lines, z = self.lines(columns, rows), self.view.cast_z(np.asarray(depth, np.float64))
         return np.asarray(lines[:, :3] + z[:, None] * (lines[:, 3:6] - lines[:, :3]))
 
     def cast(self, caster: RayCaster, cast_from_world: Matrix, columns: NDArray[Any], rows: NDArray[Any]) -> FloatArray:
@@ -103,11 +95,7 @@ class Sight:
         lines = self.lines(columns, rows)
         for k in (0, 3):
             lines[:, k : k + 3] = transform_points(cast_from_world, lines[:, k : k + 3])
-        z = caster.first_depths(lines)
-        if not self._by_screen:
-            return z
-        near, far, orthographic = self.view.lens[4:7].tolist()
-        return np.asarray((z - near) / (far - near) if orthographic else far / (far - near) * (1 - near / z))
+        return self.view.depth_at(caster.first_depths(lines))
 
     def with_display(self, display: Display, cast: Matrix | None = None) -> "Sight":
         """The same with another display, or another map to physical space."""

@@ -226,7 +226,7 @@ def image_of(projection, place, by):
     return widen(project(projection, rows_of(projection, place, by.operation), by), by)
 
 
-@kernel(rows="positions")
+@kernel(rows="positions", few=50_000)
 def map_positions(begin, stop, positions, allowance, projection, by, image, error, sure):
     """Write image points of positions off by ``allowance``, their errors, u's -infinity for none, and what is sure."""
     for k in range(begin, stop):

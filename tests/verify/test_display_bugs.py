@@ -302,8 +302,8 @@ MORE = {
 @pytest.mark.parametrize("kind", MORE)
 def test_a_wrong_camera_for_a_module_is_told_once(kind, place, reference, tmp_path):
     name, change = MORE[kind]
-    folder, display = reference(name), change(plain_display(name))
-    lens = plain_display(name).modules
+    folder, plain = reference(name), plain_display(name)
+    display, lens = change(plain), plain.modules
     own = {
         module: made_by(renderer, display, place)
         for module, renderer in renderers(folder).items()

@@ -32,6 +32,7 @@ _HALF = 0.5  # of the wrong texels
 _EQUAL = 0.001  # of changes that predict the same
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 _SECTIONS, _LEVEL = 36, 3  # each narrows the bracket to 0.62 of it: to the rounding of float32, or until it is level
+_ROUGH = 12  # of a screened change, whose value is refined again: to a thousandth of it
 _WIDE, _HALVED = 1.15, 6  # factor within which sizes may do as well, and how often it is halved
 _END = 0.97  # of the largest size of a value: what is found beyond is the end of the search
 _SOME = 0.1  # share of the wrong texels that a change explains, less what it makes wrong, to be tried further
@@ -162,11 +163,11 @@ class Sample:
         around = np.geomspace(1 / axis.ratio, axis.ratio, 9)[1:-1] * step
         return min([best, *(self.trial(change, (float(x),)) for x in around if abs(x) <= axis.most)], key=_order)
 
-    def refined(self, best: Trial, reach: float) -> Trial:
+    def refined(self, best: Trial, reach: float, sections: int = _SECTIONS) -> Trial:
         """Golden sections along each step in turn, of sizes within a factor ``reach``."""
         for turn in range(1 if len(best.steps) == 1 else 3):
             for k in range(len(best.steps)):
-                best = self._section(self.trial(best.change, best.steps), k, reach ** (1 / (1 + turn)))
+                best = self._section(self.trial(best.change, best.steps), k, reach ** (1 / (1 + turn)), sections)
         return best
 
     def centred(self, best: Trial) -> Trial:
@@ -183,7 +184,7 @@ class Sample:
             ends.append(near)
         return self.trial(best.change, (float(sign * size * sqrt(ends[0] * ends[1])),))
 
-    def _section(self, best: Trial, k: int, reach: float) -> Trial:
+    def _section(self, best: Trial, k: int, reach: float, sections: int) -> Trial:
         """The best step number k, the others as they are."""
         sign, size = np.sign(best.steps[k]), abs(best.steps[k])
 
@@ -198,7 +199,7 @@ class Sample:
         low, high = places[max(k_best - 1, 0)], places[min(k_best + 1, 8)]
         a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
         left, right, tried, level = at(a), at(b), [best, *scan], 0
-        for _ in range(_SECTIONS):
+        for _ in range(sections):
             tried += [left, right]
             level = level + 1 if left.cost == right.cost else 0
             if level == _LEVEL:
@@ -233,7 +234,7 @@ class Search:
             return self._ranked(found)
         for count in (1, 2):  # values: two where one does not do
             graded = sorted((small.near_grid(c) for c in changes if len(c.axes) == count), key=_cost)
-            near = sorted((small.refined(t, 1.6) for t in graded[:_GRADED] if t.cost < np.inf), key=_cost)
+            near = sorted((small.refined(t, 1.6, _ROUGH) for t in graded[:_GRADED] if t.cost < np.inf), key=_cost)
             found += [large.refined(t, 1.5) for t in _likely(small, near, _REFINED)]
             if any(large.fits(t) for t in found):
                 break

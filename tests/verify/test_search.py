@@ -88,7 +88,7 @@ def test_few_texels_tell_no_cause(number, fits):
 def test_a_value_is_found_and_one_at_the_end_of_its_range_is_none(planted, fits):
     texels = sample(planted * RIGHT)
     change = scaled("factor", lambda p, f: p.changed(factor=f), Axis(1e-5, float(np.log(2.0)), factor=True))
-    best = Search(texels, texels, [change]).best()[0]
+    best = Search(texels, texels, texels, [change]).best()[0]
     assert texels.fits(best) is fits
     if fits:
         assert best.change.values(best.steps)[0] == pytest.approx(planted, rel=1e-3)
@@ -112,7 +112,7 @@ def test_two_changes_at_once_are_found_if_one_explains_half():
     texels = sample(mine)
     steep = fixed("steep", factor=1.3)
     step = fixed("step", value=lambda x: x + 0.2 * (np.arange(400) >= 260))
-    search = Search(texels, texels, [steep, step, fixed("flat", factor=0.0)])
+    search = Search(texels, texels, texels, [steep, step, fixed("flat", factor=0.0)])
     pair = search.paired(search.best()[0])
     assert (pair.change.kind, texels.fits(pair)) == ("steep and step", True)
     assert search.paired(texels.trial(step, ())) is None

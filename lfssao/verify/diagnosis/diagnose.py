@@ -11,7 +11,8 @@ from lfssao.verify.diagnosis.problems import Texture
 from lfssao.verify.diagnosis.search import DECIDED, FEWEST, NEAR, Sample, Search, Trial, pair
 from lfssao.verify.verdict import Flags, texels
 
-_SCREENED = 256  # texels on which all changes are tried
+_SCREENED = 96  # texels on which all changes are tried
+_TRIED = 256  # on which the likely are
 _SEARCHED = 2400  # on which the best are refined
 _POLISHED = 1_200_000  # samples or taps of the texels that the best change's values are made good on
 _MOST = 640_000  # samples or taps that shares are counted over
@@ -132,7 +133,9 @@ class WrongTexture(Texture):
         counted = drawn(max(_MOST // cost, _FEWEST))
         if isinstance(counted.problem, Estimated):
             counted = replace(counted, problem=counted.problem.changed(model=self.model))
-        small, large = drawn(_SCREENED), drawn(_SEARCHED)
+        small, large = drawn(_TRIED), drawn(_SEARCHED)
+        # An estimator makes a whole texture however few of its texels are asked for.
+        tiny = small if isinstance(small.problem, Estimated) else drawn(_SCREENED)
         changes = small.problem.changes()
         by_kind = {change.kind: change for change in changes}
         told = (self._again(each, by_kind, large, counted) for each in known)
@@ -141,7 +144,8 @@ class WrongTexture(Texture):
             best = self._with_border(known[0], by_kind, counted)
         if best is None and not search:
             return None
-        found = [best] if best is not None else self._searched(Search(small, large, changes), counted, cost, drawn)
+        search_of = Search(tiny, small, large, changes)
+        found = [best] if best is not None else self._searched(search_of, counted, cost, drawn)
         tried = [best] if best is not None else [counted.trial(t.change, t.steps) for t in found[:_TOLD]]
         share = (1.0 - counted.before, len(counted.weights), len(bad))
         subject = self.case.parameters["estimator"] if self.name in self.layers else f"the reference's {self.name}"

@@ -4,11 +4,12 @@ An explanation predicts: it counts a wrong texel only if the change decides it, 
 is narrower than the texel's deviation from the reference. A change explains a texture if it decides most of the wrong
 texels, nearly all of these lie in their intervals, and nearly no other texel leaves its own.
 
-Changes are screened on a few hundred texels, half of them wrong ones, so that small errors weigh as much as large ones.
-The best are refined on some thousands. Two changes at once are tried only if one explains at least half.
+Changes are screened on a hundred texels, half of them wrong ones, so that small errors weigh as much as large ones. The
+likely are tried on some more, and the best are refined on some thousands. Two changes at once are tried only if one
+explains at least half.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -36,7 +37,8 @@ _ROUGH = 12  # of a screened change, whose value is refined again: to a thousand
 _WIDE, _HALVED = 1.15, 6  # factor within which sizes may do as well, and how often it is halved
 _END = 0.97  # of the largest size of a value: what is found beyond is the end of the search
 _SOME = 0.1  # share of the wrong texels that a change explains, less what it makes wrong, to be tried further
-_PLAIN, _GRADED, _REFINED = 12, 14, 6  # changes without and with values that are kept after screening, and refined
+_SCREENED = 40  # changes without values that are kept after screening
+_PLAIN, _GRADED, _REFINED = 12, 14, 6  # changes without and with values that are tried on more texels, and refined
 
 
 @dataclass(frozen=True)
@@ -217,24 +219,25 @@ class Sample:
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """Samples of a texture, the first for screening."""
+    """Samples of a texture, each with more texels than the one before; the first is for screening."""
 
+    tiny: Sample
     small: Sample
     large: Sample
     changes: Sequence[Change]
 
     def best(self) -> list[Trial]:
         """The changes, tried on the large sample, best first."""
-        return self._single(self.small, self.large, self.changes)
-
-    def _single(self, small: Sample, large: Sample, changes: Sequence[Change]) -> list[Trial]:
-        screened = sorted((small.trial(c, ()) for c in changes if not c.axes), key=_cost)
-        found = [large.trial(trial.change, ()) for trial in _likely(small, screened, _PLAIN)]
+        tiny, small, large = self.tiny, self.small, self.large
+        screened = _cheapest(tiny.trial(c, ()) for c in self.changes if not c.axes)[:_SCREENED]
+        tried = screened if tiny is small else _cheapest(small.trial(trial.change, ()) for trial in screened)
+        found = [large.trial(trial.change, ()) for trial in _likely(small, tried, _PLAIN)]
         if any(large.fits(t) and t.left <= _NEARLY * large.before for t in found):
             return self._ranked(found)
         for count in (1, 2):  # values: two where one does not do
-            graded = sorted((small.near_grid(c) for c in changes if len(c.axes) == count), key=_cost)
-            near = sorted((small.refined(t, 1.6, _ROUGH) for t in graded[:_GRADED] if t.cost < np.inf), key=_cost)
+            sample = tiny if count == 1 else small  # one of two values, with the other wrong, makes little good
+            graded = _cheapest(sample.near_grid(c) for c in self.changes if len(c.axes) == count)[:_GRADED]
+            near = _cheapest(small.refined(t, 1.6, _ROUGH) for t in graded if t.cost < np.inf)
             found += [large.refined(t, 1.5) for t in _likely(small, near, _REFINED)]
             if any(large.fits(t) for t in found):
                 break
@@ -244,13 +247,13 @@ class Search:
         """A change together with the one that explains most of the rest, if it explains half itself."""
         if self.large.gain(best) < _HALF:
             return None
-        others = [c for c in self.changes if c.kind != best.change.kind and not (c.first and best.change.first)]
+        # A change that makes the problem anew cannot come second: what came before would be lost.
+        others = [c for c in self.changes if c.kind != best.change.kind and not c.first]
         rest = []
         for sample in (self.small, self.large):
             problem = best.change.apply(sample.problem, best.change.values(best.steps))
             rest.append(replace(sample, problem=problem, base=sample.problem))
-        # A change that makes the problem anew cannot come second: what came before would be lost.
-        found = self._single(rest[0], rest[1], [c for c in others if not c.first])
+        found = Search(rest[0], *rest, others).best()
         second = found[0] if found else None
         if second is None:
             return None
@@ -266,8 +269,8 @@ def _likely(sample: Sample, trials: Sequence[Trial], most: int) -> list[Trial]:
     return [t for k, t in enumerate(trials[:most]) if k == 0 or sample.gain(t) > _SOME]
 
 
-def _cost(trial: Trial) -> float:
-    return trial.cost
+def _cheapest(trials: Iterable[Trial]) -> list[Trial]:
+    return sorted(trials, key=lambda trial: trial.cost)
 
 
 def _order(trial: Trial) -> tuple[float, float]:

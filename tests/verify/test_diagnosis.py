@@ -84,8 +84,46 @@ def ao(kind, make, *ranges, job="display"):
     return Bug(job, "ao_1" if job in ("hemisphere", "point", "remapped") else "ao_2", kind, make, ranges)
 
 
+def by_camera(r, change):
+    """Occlusion by a camera whose image is changed, a matrix of homogeneous texels and depth (u w, v w, z w, w)."""
+    return r.ao(mapping=(r.mapping[0], np.ravel(change @ matrix_of(r))), back=r.back @ np.linalg.inv(change))
+
+
+def matrix_of(r):
+    return np.reshape(r.mapping[1], (4, 4)) / np.linalg.norm(r.mapping[1][12:15])
+
+
+def zoomed(u, v):
+    """Images larger by factors, about their middle."""
+    change = np.diag([u, v, 1.0, 1.0])
+    change[:2, 3] = (1 - u) * WIDTH / 2, (1 - v) * HEIGHT / 2
+    return change
+
+
+def of_angle(r, factor):
+    """A camera whose vertical field of view, an angle, is larger by a factor."""
+    _, v, _, distance = matrix_of(r)[:, :3]
+    half = np.arctan(HEIGHT / 2 / np.linalg.norm(v - (v @ distance) * distance))
+    return by_camera(r, zoomed(*[np.tan(half) / np.tan(factor * half)] * 2))
+
+
+def of_planes(r, near=1.0, far=1.0):
+    """A camera whose planes are at other distances: depth is slope - offset / distance."""
+    _, _, z, distance = matrix_of(r)
+    slope = z[:3] @ distance[:3]
+    offset = slope * distance[3] - z[3]
+    near, far = near * offset / slope, far * offset / (slope - 1)
+    change, other = np.eye(4), far * near / (far - near)
+    change[2] = 0, 0, other / offset, far / (far - near) - slope * other / offset
+    return by_camera(r, change)
+
+
 AO = [
     *(ao("radius", lambda r, x: r.ao(radius=x), *NEAR, job=job) for job in ("display", "camera", "curved")),
+    ao("field of view", of_angle, (0.7, 1.4), job="camera"),
+    ao("aspect", lambda r, x: by_camera(r, zoomed(x, 1)), *NEAR, job="camera"),
+    ao("near plane", lambda r, x: of_planes(r, near=x), (0.6, 0.95), job="camera"),
+    ao("far plane", lambda r, x: of_planes(r, far=x), (1.1, 2.0), job="camera"),
     *(ao("shift of u", lambda r, x: r.ao(image=moved(x)), *SHIFT, job=job) for job in ("display", "camera", "curved")),
     ao("shift of v", lambda r, x: r.ao(image=moved(0, x)), *SHIFT),
     ao("shift of u and v", lambda r, x, y: r.ao(image=moved(x, y)), *SHIFT, *SHIFT),
@@ -200,6 +238,8 @@ LATER = [
 GBUFFER = [
     depth("shift of u", lambda r, x: off_centre(x, 0), (-0.9, 0.9)),
     depth("shift of u and v", lambda r, x, y: off_centre(x, y), (0.2, 0.9), (-0.9, -0.2)),
+    *(Bug("camera", "depth", f"eye {axis}", lambda r, x, k=k: of_eye(x * np.eye(3)[k]), ((0.01, 0.08),))
+      for k, axis in enumerate("xy")),
     depth("depth bias", lambda r, x: r.depth + x, (0.004, 0.1)),
     depth("depth scale", lambda r, x: r.depth * x, (1.3, 80.0)),
     depth("depth with the other sign", lambda r: r.seen(-r.depth, np.inf)),
@@ -254,6 +294,14 @@ def decoded(x):
 @functools.cache
 def mesh():
     return lfssao.builtin_scene("gallery")
+
+
+def of_eye(shift):
+    """Depth of the camera, moved without being turned."""
+    camera = lfssao.Camera.looking_at(mesh().bounds)
+    camera = replace(camera, eye=tuple(camera.eye + shift), target=tuple(camera.target + shift))
+    view = camera.view(WIDTH, HEIGHT)
+    return lfssao.RayCaster(mesh(), view.cast_from_world).gbuffer(view, color=None).depth
 
 
 def off_centre(u, v):

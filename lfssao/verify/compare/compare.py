@@ -1,6 +1,7 @@
 """A comparison: modules one after the other, each stage judged on what the renderer itself made before it."""
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -30,6 +31,8 @@ from lfssao.verify.compare.surface import Surface
 from lfssao.verify.judge import judge
 from lfssao.verify.kit.stages import MODEL
 from lfssao.verify.verdict import Flags, Judgement, Verdict, equal_bits
+
+_AT_ONCE = 2  # layers whose figures are made: NumPy and scikit-image use one core each
 
 
 def compare(
@@ -176,7 +179,7 @@ class Comparison:
             parts = self._mine.parts(module, self._reference.entries.get(module, {}).get("rows") == "below")
             # Memory that the distances of a layer that differs take, with both sides, as measured
             sizes = [layer.planes[0].size * (120 + 45 * len(layer.planes)) for layer in reference]
-            check_available(f"{self._mine.path}: distances of {module}", max(sizes, default=0))
+            check_available(f"{self._mine.path}: distances of {module}", sum(sorted(sizes)[-_AT_ONCE:]))
         except InputError as error:
             self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))
             return
@@ -233,6 +236,11 @@ class Comparison:
         empty = self._without_background(mine, layers, case)
         judgements = judge(mine, case, self._model, names, stored)
         judgements |= {name: with_background(judgements[name], empty[name][1]) for name in names if name in empty}
+        given = [right for right in wanted if right.name in layers]
+        figures = partial(self._figures, module, mine, case)
+        with ThreadPoolExecutor(_AT_ONCE) as pool:
+            figured = pool.map(figures, [layers[r.name] for r in given], given, [judgements[r.name] for r in given])
+            results = dict(zip([right.name for right in given], figured, strict=True))
         panels = Panels(module)
         for right in wanted:
             other = found.get(right.name)
@@ -241,9 +249,11 @@ class Comparison:
             if right.name not in layers:
                 continue
             value = empty[right.name][0] if right.name in empty else None
-            judged = self._judge_layer(module, layers[right.name], right, judgements[right.name], mine, case, value)
+            own, result = layers[right.name], results[right.name]
+            judged = replace(judgements[right.name], verdict=result.verdict)
+            self._add_result(result, own, right, judged, mine, case, value)
             if self._panels is None or self._panels.rank < WORST_RANK:
-                panels.offer(layers[right.name], right, judged)
+                panels.offer(own, right, judged)
         later = {} if self._diagnoser is None else self._diagnoser.later()
         for k, result in enumerate(self._results):
             if result.module == module and result.layer in later:
@@ -259,22 +269,24 @@ class Comparison:
         shape = case.outputs["depth"].shape if "depth" in case.outputs else ()
         return replace(case, bounds=self._surface.bounds(self._reference.entries[module], shape, self._model))
 
-    def _judge_layer(
+    def _figures(self, module: str, mine: Arrays, case: Case, own: Layer, right: Layer, judged: Judgement) -> Result:
+        """The result on a layer, but for its diagnosis."""
+        reason = partial(reason_of, right.name, mine, case, judged.bounds, self._model)
+        power = self._power(right.name, mine, case, judged, own, right)
+        return result_of(module, own, right, judged, self._tolerance, reason, case.outputs.get("depth"), power)
+
+    def _add_result(
         self,
-        module: str,
+        result: Result,
         own: Layer,
         right: Layer,
         judged: Judgement,
         mine: Arrays,
         case: Case,
         background: float | None,
-    ) -> Judgement:
-        """Add the result on a layer; the judgement with the verdict that tolerances leave."""
-        name = right.name
-        reason = partial(reason_of, name, mine, case, judged.bounds, self._model)
-        power, depth = self._power(name, mine, case, judged, own, right), case.outputs.get("depth")
-        result = result_of(module, own, right, judged, self._tolerance, reason, depth, power)
-        judged = replace(judged, verdict=result.verdict)
+    ) -> None:
+        """Add the result on a layer with its diagnosis; ``judged`` has the verdict that tolerances leave."""
+        module, name = result.module, right.name
         if self._diagnoser is not None:
             known = own.stored, own.channels[0], background
             result = replace(result, diagnosis=self._diagnoser.diagnose(module, name, mine, case, judged, *known))
@@ -291,7 +303,6 @@ class Comparison:
             some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
             limit = f"up to {judged.bounds.strays} may look past an edge (4 standard deviations)"
             self._notes.append(f"{module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
-        return judged
 
     def _without_background(
         self, mine: dict[str, Array], layers: dict[str, Layer], case: Case

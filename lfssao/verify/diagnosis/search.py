@@ -249,11 +249,14 @@ class Search:
             return None
         # A change that makes the problem anew cannot come second: what came before would be lost.
         others = [c for c in self.changes if c.kind != best.change.kind and not c.first]
-        rest = []
-        for sample in (self.small, self.large):
+
+        def after(sample: Sample) -> Sample:
+            """The sample with the change made."""
             problem = best.change.apply(sample.problem, best.change.values(best.steps))
-            rest.append(replace(sample, problem=problem, base=sample.problem))
-        found = Search(rest[0], *rest, others).best()
+            return replace(sample, problem=problem, base=sample.problem)
+
+        small = after(self.small)
+        found = Search(small, small, after(self.large), others).best()
         second = found[0] if found else None
         if second is None:
             return None

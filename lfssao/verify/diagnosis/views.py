@@ -7,6 +7,7 @@ change with one value is tried on all of them, and in all modules.
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from math import atan, pi, tan
 from typing import Any
 
 import numpy as np
@@ -268,7 +269,19 @@ def _of_camera(sight: Sight) -> Iterator[Change]:
         cast[:, 3] -= d * (cast[:, :3] @ way)
         return replace(s, view=with_lens(s.view, s.view.lens, cast))
 
-    yield _factor("field of view", lambda s, f: lens({0: 1 / f, 1: 1 / f}, s))
+    def angle(s: Sight, f: float) -> Sight:
+        view = s.view
+        half = (view.height - 2 * view.guard) / 2
+        wide = f * atan(half / view.lens[1])
+        if not wide < pi / 2:
+            raise InputError("the field of view is beyond 180 degrees")
+        zoom = half / tan(wide) / view.lens[1]
+        return lens({0: zoom, 1: zoom}, s)
+
+    if sight.view.lens[6]:  # orthographic
+        yield _factor("extent", lambda s, f: lens({0: 1 / f, 1: 1 / f}, s))
+    else:
+        yield _factor("field of view", angle)
     yield _factor("aspect", lambda s, f: lens({0: f}, s))
     size = float(sight.view.lens[5] - sight.view.lens[4])
     for axis, way in zip("xyz", np.eye(3), strict=True):

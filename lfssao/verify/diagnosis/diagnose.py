@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lfssao.verify.diagnosis.change import OUTSIDE, Candidate, Change, Places, percent
-from lfssao.verify.diagnosis.estimated import Estimated
+from lfssao.verify.diagnosis.estimated import ROOM, Estimated
 from lfssao.verify.diagnosis.problems import Texture
 from lfssao.verify.diagnosis.search import DECIDED, FEWEST, NEAR, Sample, Search, Trial, pair
-from lfssao.verify.verdict import Flags, texels
+from lfssao.verify.verdict import Flags, Verdict, texels
 
 _SCREENED = 96  # texels on which all changes are tried
 _TRIED = 256  # on which the likely are
@@ -72,13 +72,21 @@ class WrongTexture(Texture):
 
     background: Candidate | None = None  # what stood where there is no surface, if that was wrong
 
+    @property
+    def _wrong(self) -> Flags:
+        """Texels that are wrong; of occlusion without a known interval those that are off by more than rounding."""
+        wrong = texels(self.judged.outside)
+        if self.judged.verdict is Verdict.DIFFERENT and self.name in self.layers:
+            wrong = wrong & ~(np.abs(self.mine - self.case.outputs[self.name]) <= ROOM)
+        return wrong
+
     @np.errstate(all="ignore")  # a broken texture may hold any numbers
     def diagnose(self, known: Sequence[Candidate] = (), search: bool = True) -> Diagnosis | None:
         """The change that explains the texture; None if none can be known.
 
         Known candidates, of other textures, are tried first; without ``search`` nothing else is.
         """
-        depth, wrong = self.inputs.get("depth"), texels(self.judged.outside)
+        depth, wrong = self.inputs.get("depth"), self._wrong
         seen = np.True_ if depth is None else np.isfinite(self.cropped(depth))
         bad, good = np.flatnonzero(wrong & seen), np.flatnonzero(~wrong & seen)
         if len(bad) == 0 and self.background is not None:

@@ -29,7 +29,7 @@ from lfssao.verify.diagnosis.post import half, of_texture
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 
-ROOM = 2e-5  # by which sums of a renderer in float32 are off; of a small error a quarter of it
+ROOM = 2e-5  # by which sums of a renderer in float32 are off; of a small error beyond the interval a quarter of it
 _MOST_COUNT = 40  # of taps, turns and other whole numbers
 
 
@@ -49,6 +49,7 @@ class Estimated(Problem):
     sampling: Mapping[str, Any]  # method and seed of the points; empty where they are not known
     rotation: str  # the reference's, and its seed
     seed: int
+    bounded: bool  # whether the reference's interval is known: if not, any rounding is off
     border: str | None = None  # a rule of ``INSIDE`` by which texels inside stand for those beyond the border
     model: ErrorModel | None = None  # of the bounds, where they are asked for
 
@@ -60,7 +61,8 @@ class Estimated(Problem):
             buffers = _padded(buffers, guard, self.border)
         at = self.rows + guard, self.columns + guard
         values = estimate(name, buffers, self.radius, *samples, **self.options).texture[at].astype(np.float64)
-        room = self.room / 4 + np.where(self.off > 0, np.minimum(ROOM, self.off / 4), ROOM)
+        small = (self.off > 0) & self.bounded
+        room = self.room / 4 + np.where(small, np.minimum(ROOM, self.off / 4), ROOM)
         low, high = values - room, values + room
         if self.model is None:
             return low, high

@@ -213,6 +213,7 @@ class Texture:
             points=inputs.get("points"),
             weights=inputs.get("weights"),
             options=described_options(parameters, at["radius"]),
+            bounded=self.judged.bounds is not None,
             cost=1,  # each run makes a whole texture
         )
 

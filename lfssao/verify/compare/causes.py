@@ -15,6 +15,7 @@ class Cause:
     """A change of the reference that explains textures."""
 
     kind: str
+    equal: tuple[str, ...]  # names of changes that explain them as well
     values: tuple[float, ...]
     words: str  # a sentence
     modules: tuple[str, ...]
@@ -41,7 +42,12 @@ def causes_of(results: Sequence[Result]) -> tuple[Cause, ...]:
 def _of(result: Result, candidate: Candidate) -> Candidate | None:
     """A texture's own candidate that is the same change with the same values."""
     assert result.diagnosis is not None
-    for own in result.diagnosis.candidates:
+    return _among(result.diagnosis.candidates, candidate)
+
+
+def _among(candidates: Sequence[Candidate], candidate: Candidate) -> Candidate | None:
+    """The one of some candidates that is the same change with the same values."""
+    for own in candidates:
         if own.kind == candidate.kind and len(own.values) == len(candidate.values):
             pairs = zip(own.values, candidate.values, strict=True)
             if all(isclose(a, b, rel_tol=_ALIKE) for a, b in pairs):
@@ -58,8 +64,20 @@ def _told(best: Candidate, of: Sequence[Result]) -> Cause:
     shares = [(own.explained, r.diagnosis.wrong) for r in of if r.diagnosis and (own := _of(r, best))]
     explained = sum(share * number for share, number in shares) / (wrong or 1)
     hint = best.hint and f": {best.hint}"
+    others = _equal(best, of)
     if best.kind == "background":
         words = f"{best.words} in {what} of {where}"
     else:
-        words = f"{best.words} explains {what} of {where} ({percent(explained)} of {wrong} wrong texels)"
-    return Cause(best.kind, best.values, words + hint, tuple(modules), tuple(layers), tuple(r.place for r in of))
+        which = best.words + "".join(f", or {other.words}," for other in others)
+        words = f"{which} explains {what} of {where} ({percent(explained)} of {wrong} wrong texels)"
+    places, equal = tuple(r.place for r in of), tuple(other.kind for other in others)
+    return Cause(best.kind, equal, best.values, words + hint, tuple(modules), tuple(layers), places)
+
+
+def _equal(best: Candidate, of: Sequence[Result]) -> list[Candidate]:
+    """Changes that explain all of these textures as well as the best does."""
+    found = of[0].diagnosis
+    equal = () if found is None else found.candidates[: found.equal]
+    if _among(equal, best) is None:
+        return []
+    return [each for each in equal if each.kind != best.kind and all(_of(r, each) is not None for r in of)]

@@ -1,6 +1,6 @@
 """The diagnosis of one texture that is outside its interval."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from lfssao.verify.diagnosis.change import OUTSIDE, Candidate, Change, Places, percent
 from lfssao.verify.diagnosis.estimated import ROOM, Estimated
 from lfssao.verify.diagnosis.problems import Texture
-from lfssao.verify.diagnosis.search import DECIDED, FEWEST, NEAR, Sample, Search, Trial, pair
+from lfssao.verify.diagnosis.search import DECIDED, FEWEST, NEAR, ROUGH, Sample, Search, Trial, pair
 from lfssao.verify.verdict import Flags, Verdict, texels
 
 _SCREENED = 96  # texels on which all changes are tried
@@ -16,6 +16,9 @@ _TRIED = 256  # on which the likely are
 _SEARCHED = 2400  # on which the best are refined
 _POLISHED = 1_200_000  # samples or taps of the texels that the best change's values are made good on
 _MOST = 640_000  # samples or taps that shares are counted over
+_FEW, _ALL = 250, 5_000_000  # with fewer wrong texels so many samples or taps are: each texel made wrong counts
+_NARROW = 1.2  # factor within which values are made good
+_WIDER, _OFTEN = 2.0, 6  # the same of few wrong texels, and how often: their values may be far off
 _FEWEST = 2_000  # texels
 _LIKELY = 0.8  # share of the wrong texels that a change explains whose values are then made good
 _SOME = 0.1  # share of the wrong texels that a change decides which explains other textures
@@ -30,6 +33,7 @@ class Diagnosis:
     fits: bool  # whether the first candidate explains it
     # All that explain it, or at most two that come near, the best first
     candidates: tuple[Candidate, ...]
+    equal: int  # number of the candidates that explain the texture equally well
     without: float  # share of the surface texels, 0 to 1, that agree with the reference as it is
     texels: int  # number of surface texels that the candidates' shares are of
     wrong: int  # number of wrong surface texels that shares of wrong texels are of
@@ -55,7 +59,8 @@ class Diagnosis:
             found = f"the nearest, {best.words}, explains {percent(best.explained)}"
             return f"{before}no change that was tried explains {number}; {found}"
         decided = "all" if best.decided == 1 else percent(best.decided)
-        told = f"{best.words} explains {percent(best.explained)} of {number} and decides {decided}"
+        which = "".join(f", or {other.words}," for other in self.candidates[1 : self.equal])
+        told = f"{best.words}{which} explains {percent(best.explained)} of {number} and decides {decided}"
         rest = f" (without {self.left_out} of which a sample leaves the texture)" if self.left_out else ""
         return f"{before}{told}{rest}{best.hint and f': {best.hint}'}"
 
@@ -64,6 +69,69 @@ def _spread(places: Places, most: int) -> Places:
     """At most so many of the places, spread evenly."""
     chosen = np.linspace(0, len(places) - 1, min(most, len(places))).astype(np.int64)
     return np.asarray(places[chosen])
+
+
+@dataclass(frozen=True, eq=False)
+class _Draw:
+    """The wrong texels of a texture and others, of which samples are drawn."""
+
+    texture: "WrongTexture"
+    bad: Places
+    good: Places
+    cost: int  # work that a texel makes
+
+    @property
+    def _few(self) -> bool:
+        """Whether so few are wrong that each of the others counts."""
+        return len(self.bad) < _FEW
+
+    @property
+    def most(self) -> int:
+        """Number of changes whose values are made good: of few wrong texels that is soon done."""
+        return _TOLD if self._few else 2
+
+    def _of(self, wrong: Places, right: Places) -> Sample:
+        """A sample of such texels, each with the weight of those that it stands for."""
+        places, weights = np.concatenate([wrong, right]), []
+        for some, all_ in ((wrong, self.bad), (right, self.good)):
+            weights.append(np.full(len(some), len(all_) / max(len(some), 1) / (len(self.bad) + len(self.good))))
+        problem = self.texture.problem(places)
+        assert problem is not None
+        flags = np.arange(len(places)) < len(wrong)
+        return Sample(problem, flags, np.concatenate(weights), len(self.bad), places)
+
+    def drawn(self, most: int) -> Sample:
+        """A sample of texels, up to half of them wrong ones."""
+        wrong = _spread(self.bad, most // 2)
+        return self._of(wrong, _spread(self.good, most - len(wrong)))
+
+    def counted(self) -> Sample:
+        """The texels that shares are counted over."""
+        made = self.drawn(max((_ALL if self._few else _MOST) // self.cost, _FEWEST))
+        if isinstance(made.problem, Estimated):
+            return replace(made, problem=made.problem.changed(model=self.texture.model))
+        return made
+
+    def polishing(self, counted: Sample) -> Sample:
+        """Texels on which values of counts are made good: these have steps, and few texels leave them open."""
+        made = counted if self._few else self.drawn(max(_POLISHED // self.cost, _FEWEST))
+        return replace(made, undecided=0.0)
+
+    def made_good(self, trial: Trial, sample: Sample) -> Trial:
+        """A trial on a sample with values made good: of few wrong texels on those that turn at values near them."""
+        near = sample
+        if self._few:
+            wide = tuple(_WIDER * step for step in trial.steps)
+            turned = sample.outside(trial.change, trial.steps) | sample.outside(trial.change, wide)
+            near = replace(self._of(self.bad, sample.places[turned & ~sample.wrong]), undecided=0.0)
+        best = near.trial(trial.change, trial.steps)
+        for _ in range(_OFTEN if self._few else 0):
+            wider = near.refined(best, _WIDER, ROUGH)
+            if 1 / _NARROW < wider.size / best.size < _NARROW:
+                break
+            best = wider
+        best = near.refined(best, _NARROW)
+        return sample.trial(best.change, near.centred(best).steps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +158,7 @@ class WrongTexture(Texture):
         seen = np.True_ if depth is None else np.isfinite(self.cropped(depth))
         bad, good = np.flatnonzero(wrong & seen), np.flatnonzero(~wrong & seen)
         if len(bad) == 0 and self.background is not None:
-            return Diagnosis(True, (self.background,), 1.0, len(good), 0)
+            return Diagnosis(True, (self.background,), 1, 1.0, len(good), 0)
         found = self._surface(bad, good, known, search)
         if found is None or self.background is None:
             return found
@@ -102,7 +170,7 @@ class WrongTexture(Texture):
         if problem is None:
             return None
         if len(bad) < FEWEST:
-            return Diagnosis(False, (), len(good) / (len(good) + len(bad)), len(good) + len(bad), len(bad))
+            return Diagnosis(False, (), 0, len(good) / (len(good) + len(bad)), len(good) + len(bad), len(bad))
         cost = problem.cost
         same = self._explained(bad, good, cost, known, False) if known else None
         if same is not None and same.fits:
@@ -127,23 +195,11 @@ class WrongTexture(Texture):
         self, bad: Places, good: Places, cost: int, known: Sequence[Candidate], search: bool, borders: bool = False
     ) -> Diagnosis | None:
         """The diagnosis of wrong texels among others; ``borders``: known changes with a fault of the border as well."""
-
-        def drawn(most: int) -> Sample:
-            """Texels, up to half of them wrong ones, each with the weight of those that it stands for."""
-            picks = [_spread(bad, most // 2)]
-            picks.append(_spread(good, most - len(picks[0])))
-            weights = [np.full(len(p), len(all_) / max(len(p), 1)) for p, all_ in zip(picks, (bad, good), strict=True)]
-            problem = self.problem(np.concatenate(picks))
-            assert problem is not None
-            flags = np.arange(len(problem.columns)) < len(picks[0])
-            return Sample(problem, flags, np.concatenate(weights) / (len(bad) + len(good)), len(bad))
-
-        counted = drawn(max(_MOST // cost, _FEWEST))
-        if isinstance(counted.problem, Estimated):
-            counted = replace(counted, problem=counted.problem.changed(model=self.model))
-        small, large = drawn(_TRIED), drawn(_SEARCHED)
+        draw = _Draw(self, bad, good, cost)
+        counted = draw.counted()
+        small, large = draw.drawn(_TRIED), draw.drawn(_SEARCHED)
         # An estimator makes a whole texture however few of its texels are asked for.
-        tiny = small if isinstance(small.problem, Estimated) else drawn(_SCREENED)
+        tiny = small if isinstance(small.problem, Estimated) else draw.drawn(_SCREENED)
         changes = small.problem.changes()
         by_kind = {change.kind: change for change in changes}
         told = (self._again(each, by_kind, large, counted) for each in known)
@@ -153,33 +209,32 @@ class WrongTexture(Texture):
         if best is None and not search:
             return None
         search_of = Search(tiny, small, large, changes)
-        found = [best] if best is not None else self._searched(search_of, counted, cost, drawn)
+        found = [best] if best is not None else self._searched(search_of, draw, counted)
         tried = [best] if best is not None else [counted.trial(t.change, t.steps) for t in found[:_TOLD]]
         share = (1.0 - counted.before, len(counted.weights), len(bad))
         subject = self.case.parameters["estimator"] if self.name in self.layers else f"the reference's {self.name}"
         least = DECIDED if best is None or not best.change.shared else _SOME
         if tried and counted.fits(tried[0], least):
-            fitting = tuple(self._candidate(trial) for trial in tried if counted.fits(trial, least))
-            return Diagnosis(True, fitting, *share, subject=subject)
+            fitting = [trial for trial in tried if counted.fits(trial, least)]
+            fitting.sort(key=lambda trial: not counted.equals(trial, tried[0]))
+            equal = sum(counted.equals(trial, tried[0]) for trial in fitting)
+            return Diagnosis(True, tuple(map(self._candidate, fitting)), equal, *share, subject=subject)
         gains = [counted.gain(trial) for trial in tried[:2]]
         near = tuple(self._candidate(t) for t, gain in zip(tried, gains, strict=False) if gain >= NEAR)
-        return Diagnosis(False, near, *share, max(gains, default=0.0), subject=subject)
+        return Diagnosis(False, near, 0, *share, max(gains, default=0.0), subject=subject)
 
-    def _searched(self, search: Search, counted: Sample, cost: int, drawn: Callable[[int], Sample]) -> Sequence[Trial]:
+    def _searched(self, search: Search, draw: "_Draw", counted: Sample) -> Sequence[Trial]:
         """The changes that a search finds, the best first, with values made good on more texels; pairs if none fits."""
         has_steps = self.name in self.layers and not isinstance(counted.problem, Estimated)
-        # Counts have steps: fewer texels leave values open.
-        more = replace(drawn(max(_POLISHED // cost, _FEWEST)), undecided=0.0) if has_steps else counted
+        more = draw.polishing(counted) if has_steps else counted
 
         def polished(found: Sequence[Trial]) -> Sequence[Trial]:
             """The same with the values of the likely ones made good."""
             likely = [t for t in found if search.large.fits(t) or t.explained > _LIKELY or not has_steps][:_TOLD]
             better = [more.trial(trial.change, trial.steps) for trial in likely]
             if has_steps:
-                better[:2] = [more.refined(t, 1.2) if t.steps else t for t in better[:2]]
+                better[: draw.most] = [draw.made_good(t, more) if t.steps else t for t in better[: draw.most]]
             better.sort(key=more.rank)
-            if has_steps:
-                better[:1] = map(more.centred, better[:1])
             kinds = {trial.change.kind for trial in better}
             return [*better, *(trial for trial in found if trial.change.kind not in kinds)]
 

@@ -10,6 +10,7 @@ explains at least half.
 """
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -21,19 +22,19 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.verify.bounds.bounds import FloatArray
-from lfssao.verify.diagnosis.change import Change, Problem, Values
+from lfssao.verify.diagnosis.change import Change, Places, Problem, Values
 from lfssao.verify.verdict import Flags
 
 DECIDED = 0.5  # share of the wrong texels that an explanation decides, at least
 _LEFT = 0.05  # share of the wrong texels that it may leave wrong, or make wrong of others
-FEWEST = 8  # wrong texels that it decides: fewer agree with many a change by chance
+FEWEST = 6  # wrong texels that it decides, for each of its values: fewer agree with many a change by chance
 NEAR = 0.3  # share of the wrong texels, less those that it makes wrong, that the nearest change explains at least
 _NEARLY = 0.005  # changes whose shares of the wrong texels differ by less are as good as each other
 _HALF = 0.5  # of the wrong texels
-_EQUAL = 0.001  # of changes that predict the same
+_EQUAL, _OPEN = 0.001, 2  # share of the wrong texels, and number, by which changes that predict the same may differ
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 _SECTIONS, _LEVEL = 36, 3  # each narrows the bracket to 0.62 of it: to the rounding of float32, or until it is level
-_ROUGH = 12  # of a screened change, whose value is refined again: to a thousandth of it
+ROUGH = 12  # of a screened change, whose value is refined again: to a thousandth of it
 _WIDE, _HALVED = 1.15, 6  # factor within which sizes may do as well, and how often it is halved
 _END = 0.97  # of the largest size of a value: what is found beyond is the end of the search
 _SOME = 0.1  # share of the wrong texels that a change explains, less what it makes wrong, to be tried further
@@ -71,6 +72,7 @@ class Sample:
     wrong: Flags  # (K,)
     weights: FloatArray  # (K,)
     number: int  # of wrong texels that the sample stands for
+    places: Places  # (K,), numbers of the texels, row by row
     base: Problem | None = None  # the reference's problem, where this one was changed
     # Cost of a wrong texel inside an interval that does not decide it; 0 where a value is made good, as texels that
     # turn at the right value are not decided there.
@@ -108,13 +110,26 @@ class Sample:
         usual = off[(off > 0) & np.isfinite(off)]
         return float(np.median(usual)) if len(usual) else 1.0
 
+    def _changed(self, change: Change, steps: Values) -> Problem | None:
+        """The changed problem; None for an option out of range, or a display that cannot exist."""
+        with suppress(InputError):
+            made: Problem | None = change.apply(self.problem, change.values(steps))
+            return made
+        return None
+
+    @np.errstate(all="ignore")
+    def outside(self, change: Change, steps: Values) -> Flags:
+        """Whether each texel is outside the interval of a change, (K,)."""
+        problem = self._changed(change, steps)
+        if problem is None:
+            return np.zeros(len(self.wrong), np.bool_)
+        low, high, _ = held(problem)
+        return per_texel(beyond(problem.mine, low, high)) > 0
+
     @np.errstate(all="ignore")  # an interval may be everything
     def trial(self, change: Change, steps: Values) -> Trial:
         """Try a change. The cost grows with the distance from the interval, and far more slowly from its middle."""
-        try:
-            problem = change.apply(self.problem, change.values(steps))
-        except InputError:  # an option out of range, a display that cannot exist
-            problem = None
+        problem = self._changed(change, steps)
         if problem is None:
             return Trial(change, steps, np.inf)
         low, high, middle = held(problem)
@@ -138,7 +153,7 @@ class Sample:
 
     def fits(self, trial: Trial, least: float = DECIDED) -> bool:
         """Whether a change explains the texture, and decides more than a share of the wrong texels."""
-        enough = trial.decided > least and trial.decided * self.number >= FEWEST
+        enough = trial.decided > least and trial.decided * self.number >= FEWEST * max(len(trial.steps), 1)
         kept = trial.left <= _LEFT * self.before and trial.explained >= (1 - _LEFT) * trial.decided
         return bool(enough and kept and not trial.ends)
 
@@ -147,12 +162,21 @@ class Sample:
         made = max(trial.left - self.before * (1 - trial.explained), 0.0)
         return trial.explained - made / (self.before or 1.0)
 
+    @property
+    def _level(self) -> float:
+        """Difference of gains that tells nothing: of few wrong texels one or two may be open at the right value."""
+        return max(_EQUAL, _OPEN / max(self.number, 1))
+
+    def equals(self, trial: Trial, other: Trial) -> bool:
+        """Whether two changes, of as many values, explain as much."""
+        return len(trial.steps) == len(other.steps) and abs(self.gain(trial) - self.gain(other)) <= self._level
+
     def rank(self, trial: Trial) -> tuple[Any, ...]:
         """A key: changes that explain the texture first, of these the fewest values, then by what they explain."""
         if not self.fits(trial):
             return True, 0, 0, False, trial.cost
         # A fault of one stage comes before a number of the view that predicts the same, as that is one in all stages.
-        return False, len(trial.steps), round(-self.gain(trial) / _EQUAL), trial.change.shared, trial.cost
+        return False, len(trial.steps), round(-self.gain(trial) / self._level), trial.change.shared, trial.cost
 
     def near_grid(self, change: Change) -> Trial:
         """The change with the best steps of its axes' grids and, of one axis, of those around."""
@@ -237,7 +261,7 @@ class Search:
         for count in (1, 2):  # values: two where one does not do
             sample = tiny if count == 1 else small  # one of two values, with the other wrong, makes little good
             graded = _cheapest(sample.near_grid(c) for c in self.changes if len(c.axes) == count)[:_GRADED]
-            near = _cheapest(small.refined(t, 1.6, _ROUGH) for t in graded if t.cost < np.inf)
+            near = _cheapest(small.refined(t, 1.6, ROUGH) for t in graded if t.cost < np.inf)
             found += [large.refined(t, 1.5) for t in _likely(small, near, _REFINED)]
             if any(large.fits(t) for t in found):
                 break

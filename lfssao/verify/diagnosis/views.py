@@ -36,6 +36,10 @@ class Sight:
     middle: float = 0.5  # place inside its texel, along u and v, that a ray goes through
     pinhole: bool = False  # whether rays meet in the lens in both axes
 
+    def __post_init__(self) -> None:
+        if self.pinhole and self.view.rays.kind != CROSSED_SLITS:
+            raise InputError("a pinhole has aligned texels and no distortion")
+
     @property
     def mapping(self) -> WorldToImage:
         """The mapping world -> image. A pinhole has image z 1 / (lens z - z), which grows with z (``deepened``)."""
@@ -102,8 +106,6 @@ class Sight:
         """The same with another display, or another map to physical space."""
         view = self.view
         made = display.view(0, view.cast_from_world if cast is None else cast, view.guard)
-        if self.pinhole and made.rays.kind != CROSSED_SLITS:
-            raise InputError("a pinhole has aligned texels and no distortion")
         return replace(self, view=replace(made, name=view.name), display=display)
 
     def with_module(self, **changes: Any) -> "Sight":

@@ -24,7 +24,8 @@ from lfssao.verify.diagnosis.change import (
 )
 
 _SIGMAS = Axis(1e-5, 1.4, factor=True)
-_ROUNDING = 2.0**-21  # relative, of a renderer's other sums
+# Relative, of a renderer's other sums, beside a quarter of the reference's interval: renderers are far nearer than that.
+_ROUNDING = 2.0**-22
 VISIBILITY = "1 - ao in place of ao"
 
 # Changes of a texture of occlusion by itself.
@@ -109,7 +110,7 @@ class Blur(Problem):
         first, second = self.rounded
         passed = second(np.einsum("kji,ki->kj", near.astype(np.float64), first(w_i)))
         made = np.einsum("kj,kj->k", passed, first(w_j))
-        room = self.room + _ROUNDING * np.abs(made)
+        room = self.room / 4 + _ROUNDING * np.abs(made)
         return made - room, made + room
 
     def _weights(self) -> tuple[FloatArray, NDArray[np.int64]]:
@@ -154,7 +155,7 @@ class Shade(Problem):
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding; ``value`` is of the occlusion."""
         made = self.rule(self.image, self.value(self.occlusion)[:, None])
-        room = self.room + _ROUNDING * np.abs(made)
+        room = self.room / 4 + _ROUNDING * np.abs(made)
         return made - room, made + room
 
     def changes(self) -> list[Change]:

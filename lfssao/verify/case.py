@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -48,9 +49,12 @@ def described_turns(parameters: Parameters, inputs: Arrays) -> NDArray[np.float3
     """The turns of a case's texels: an input, or what a view's rotation makes of its depth's size; None without any."""
     if parameters.get("rotation", "none") == "none":
         return inputs.get("turns")
-    return texel_turns(
-        parameters["rotation"], *inputs["depth"].shape, parameters["rotation_seed"], np.dtype(np.float32)
-    )
+    return _turns(parameters["rotation"], *inputs["depth"].shape, parameters["rotation_seed"])
+
+
+@lru_cache(maxsize=2)  # modules of a display are all of one size; nobody writes to turns
+def _turns(rotation: str, height: int, width: int, seed: int) -> NDArray[np.float32]:
+    return texel_turns(rotation, height, width, seed, np.dtype(np.float32))
 
 
 def described_view(parameters: Parameters) -> View:

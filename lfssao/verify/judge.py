@@ -5,7 +5,7 @@ If a renderer wrote no texture of a stage, or one with NaN, depth, positions and
 occlusion within its bounds will do (``lfssao.verify.bounds.view``).
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import cast
 
 import numpy as np
@@ -35,6 +35,17 @@ def judge(
     the bounds of a case of the kit are part of it. Judgements come in the order of the passes:
     steps on the way before the output that they lead to. InputError if the model or the case's parameters are wrong.
     """
+    return dict(judging(mine, case, model, names, stored))
+
+
+def judging(
+    mine: Arrays,
+    case: Case,
+    model: str | ErrorModel = "shader",
+    names: Collection[str] | None = None,
+    stored: Mapping[str, Stored] | None = None,
+) -> Iterator[tuple[str, Judgement]]:
+    """The judgements of ``judge``, each with its output's name, one after the other."""
     chosen, stored = find_model(model), stored or {}
     main, *steps = case.outputs
     order, find = [*steps, main], cast(Find, case.bounds.get)
@@ -48,7 +59,9 @@ def judge(
             return allowed
         return stored[name].bounds(allowed or exactly(case.outputs[name]), chosen)
 
-    return {name: _judge_output(name, mine, case, found) for name in order if names is None or name in names}
+    for name in order:
+        if names is None or name in names:
+            yield name, _judge_output(name, mine, case, found)
 
 
 def inputs_of(mine: Arrays, case: Case) -> dict[str, Array]:

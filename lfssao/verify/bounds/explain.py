@@ -1,5 +1,6 @@
 """Reasons of the samples of one texel: which texel each reads, and how near it came to another outcome."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,24 +62,44 @@ def explain(
     there are none where the texel has no surface. Arguments and errors are those of ``ssao.ao_bounds``, but an exact
     model has no errors: ``nearest`` is taken for it.
     """
+    given = depth, positions, world_to_image, samples, radius, model, screen_to_world, turns, room
+    return explainer(*given)(texel)
+
+
+def explainer(
+    depth: Texture,
+    positions: Texture | None,
+    world_to_image: WorldToImage,
+    samples: NDArray[np.floating[Any]],
+    radius: float,
+    model: str | ErrorModel = "shader",
+    screen_to_world: Matrix | None = None,
+    turns: Texture | None = None,
+    room: float = 0.0,
+) -> Callable[[tuple[int, int]], list[Sample]]:
+    """``explain`` of any texel, with the depths of the whole texture prepared once."""
     chosen = find_model(model)
     chosen = MODELS["nearest"] if chosen.exact else chosen
-    given = seen_by(depth, positions, world_to_image, radius, screen_to_world, turns, room)
-    seen = with_depths(given, chosen)
-    i, j = texel
-    if not depth[j, i] < np.inf:
-        return []
-    found = np.empty((len(samples), 9))
-    trace_samples(seen, sample_points(samples, radius), j, i, chosen.errors, found)
-    made = []
-    for number, (u, e_u, v, e_v, z, e_z, may, _, outcome) in enumerate(found.tolist()):
-        place, edge, behind = None, np.inf, np.inf
-        if may and 0 <= u < depth.shape[1] and 0 <= v < depth.shape[0]:
-            place = int(u), int(v)
-            edge = min(u - place[0], place[0] + 1 - u, v - place[1], place[1] + 1 - v)
-            behind = z - float(depth[place[1], place[0]])
-        made.append(Sample(number, OUTCOMES[int(outcome)], u, v, z, place, edge, behind, max(e_u, e_v), e_z))
-    return sorted(made, key=_closeness)
+    seen = with_depths(seen_by(depth, positions, world_to_image, radius, screen_to_world, turns, room), chosen)
+    offsets = sample_points(samples, radius)
+
+    def explained(texel: tuple[int, int]) -> list[Sample]:
+        i, j = texel
+        if not depth[j, i] < np.inf:
+            return []
+        found = np.empty((len(samples), 9))
+        trace_samples(seen, offsets, j, i, chosen.errors, found)
+        made = []
+        for number, (u, e_u, v, e_v, z, e_z, may, _, outcome) in enumerate(found.tolist()):
+            place, edge, behind = None, np.inf, np.inf
+            if may and 0 <= u < depth.shape[1] and 0 <= v < depth.shape[0]:
+                place = int(u), int(v)
+                edge = min(u - place[0], place[0] + 1 - u, v - place[1], place[1] + 1 - v)
+                behind = z - float(depth[place[1], place[0]])
+            made.append(Sample(number, OUTCOMES[int(outcome)], u, v, z, place, edge, behind, max(e_u, e_v), e_z))
+        return sorted(made, key=_closeness)
+
+    return explained
 
 
 def _closeness(sample: Sample) -> tuple[bool, float]:

@@ -106,9 +106,14 @@ def shade_bounds(rgb: Texture | Bounds, occlusion: Bounds, model: str | ErrorMod
     r = chosen.operation
     low: Any = np.inf
     high: Any = -np.inf
-    for color, ao in product((shown.lower, shown.upper), (occlusion.lower, occlusion.upper)):
+    for color, ao in product(_ends(shown), _ends(occlusion)):
         c, a = color.astype(np.float64), ao.astype(np.float64)[..., None]
         exact = c * (1 - a)
         error = np.abs(c) * (np.abs(a) + 2 * np.abs(1 - a)) * (r * (1 + 4 * r)) + 4 * chosen.smallest * (c != 0)
         low, high = np.minimum(low, exact - error), np.maximum(high, exact + error)
     return Bounds(up_to_single(low), down_to_single(high))
+
+
+def _ends(bounds: Bounds) -> tuple[Texture, ...]:
+    """The ends of bounds, or the one number that is both."""
+    return (bounds.lower,) if np.array_equal(bounds.lower, bounds.upper) else (bounds.lower, bounds.upper)

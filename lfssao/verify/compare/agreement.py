@@ -1,5 +1,6 @@
 """How occlusion agrees on the surface: means, correlation and regression, inside of surfaces and at silhouettes."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,12 +37,11 @@ class Agreement:
         )
 
 
-def agreements(mine: Plane, reference: Plane, depth: NDArray[np.float32]) -> dict[str, Agreement]:
-    """How a layer of occlusion, (H, W), agrees inside of surfaces and at silhouettes, where there are any.
+def parts_of(depth: NDArray[np.float32], height: int) -> dict[str, Flags]:
+    """Texels inside of surfaces and at silhouettes, of a texture of so many rows; depth may have a guard band more.
 
-    Depth may have a guard band more. A texel is of a silhouette if one of the 3 x 3 around it sees no surface, or if
-    depth bends there, along its row or column, by more than 1 % of the texture's range: planes do not bend in a
-    camera's depth.
+    A texel is of a silhouette if one of the 3 x 3 around it sees no surface, or if depth bends there, along its row or
+    column, by more than 1 % of the texture's range: planes do not bend in a camera's depth.
     """
     surface, wide = np.isfinite(depth), depth.astype(np.float64)
     edges: Flags = np.asarray(sliding_window_view(np.pad(~surface, 1), (3, 3)).any(axis=(2, 3)))
@@ -49,11 +49,16 @@ def agreements(mine: Plane, reference: Plane, depth: NDArray[np.float32]) -> dic
     with np.errstate(invalid="ignore"):  # no surface
         edges[1:-1] |= np.abs(np.diff(wide, 2, axis=0)) > step
         edges[:, 1:-1] |= np.abs(np.diff(wide, 2, axis=1)) > step
-    guard = (depth.shape[0] - mine.shape[0]) // 2
+    guard = (depth.shape[0] - height) // 2
     inside = slice(guard, -guard or None), slice(guard, -guard or None)
+    return {part: (flags & surface)[inside] for part, flags in zip(PARTS, (~edges, edges), strict=True)}
+
+
+def agreements(mine: Plane, reference: Plane, parts: Mapping[str, Flags]) -> dict[str, Agreement]:
+    """How a layer of occlusion, (H, W), agrees on each of the parts that has texels."""
     made = {}
-    for part, flags in zip(PARTS, (~edges, edges), strict=True):
-        chosen = (flags & surface)[inside] & np.isfinite(mine) & np.isfinite(reference)
+    for part, flags in parts.items():
+        chosen = flags & np.isfinite(mine) & np.isfinite(reference)
         if chosen.any():
             made[part] = _agreement(mine[chosen].astype(np.float64), reference[chosen].astype(np.float64))
     return made

@@ -19,13 +19,14 @@ def found_background(name: str, mine: NDArray[Any], depth: NDArray[Any]) -> floa
 
     None if it is the reference's own, the texture has no such texels, or the values differ.
     """
-    empty = ~np.isfinite(without_guard(depth, (len(depth) - len(mine)) // 2))
-    there = np.reshape(mine, (*empty.shape, -1))[empty]
-    if not len(there):
+    empty = np.flatnonzero(~np.isfinite(without_guard(depth, (len(depth) - len(mine)) // 2)))
+    if not len(empty):
         return None
-    value = float(there[len(there) // 2, 0])
+    texels = np.reshape(mine, (mine.shape[0] * mine.shape[1], -1))
+    value = float(texels[empty[len(empty) // 2], 0])
     if value == (np.inf if name in PLACED else 0.0) or np.isnan(value):
         return None
+    there = texels[empty]
     return value if np.mean(np.all(there == there.dtype.type(value), axis=1)) >= _SHARE else None
 
 

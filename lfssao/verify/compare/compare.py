@@ -1,9 +1,9 @@
 """A comparison: modules one after the other, each stage judged on what the renderer itself made before it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import BOUNDED
 from lfssao.verify.bounds.stored import LINEAR
 from lfssao.verify.case import VIEW, Array, Arrays, Case
+from lfssao.verify.compare.agreement import parts_of
 from lfssao.verify.compare.background import PLACED, found_background, replaced, with_background
 from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
@@ -26,9 +27,9 @@ from lfssao.verify.compare.power import Power, power_of
 from lfssao.verify.compare.reasons import noise_of_turns, reason_of
 from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.result import Result, Tolerance, result_of
-from lfssao.verify.compare.source import Mine, Reference
+from lfssao.verify.compare.source import Mine, Reference, Sides
 from lfssao.verify.compare.surface import Surface
-from lfssao.verify.judge import judge
+from lfssao.verify.judge import judging
 from lfssao.verify.kit.stages import MODEL
 from lfssao.verify.verdict import Flags, Judgement, Verdict, equal_bits
 
@@ -155,6 +156,7 @@ class Comparison:
         self._reference = Reference.open(reference)
         self._mine = Mine.open(mine, self._reference, files)
         self.modules = self._reference.chosen(cases)
+        self._sides = Sides(self._reference, self._mine, self.modules)
         self._wanted, self._exact, self._tolerance = layers, exact, tolerance
         manifest = self._reference.manifest
         self._surface = None if manifest is None else Surface(self._reference.path, manifest, mesh)
@@ -175,8 +177,7 @@ class Comparison:
         """Compare one module; InputError if the manifest does not hold what the oracle needs."""
         described = self._reference.described(module)
         try:
-            reference, case = self._reference.read(module, described)
-            parts = self._mine.parts(module, self._reference.entries.get(module, {}).get("rows") == "below")
+            reference, case, parts = self._sides.read(module, described)
             # Memory that the distances of a layer that differs take, with both sides, as measured
             sizes = [layer.planes[0].size * (120 + 45 * len(layer.planes)) for layer in reference]
             check_available(f"{self._mine.path}: distances of {module}", sum(sorted(sizes)[-_AT_ONCE:]))
@@ -234,26 +235,25 @@ class Comparison:
             made = case.outputs["depth"]
             wanted = [replace(each, planes=(made,)) if each.name == "depth" else each for each in wanted]
         empty = self._without_background(mine, layers, case)
-        judgements = judge(mine, case, self._model, names, stored)
-        judgements |= {name: with_background(judgements[name], empty[name][1]) for name in names if name in empty}
-        given = [right for right in wanted if right.name in layers]
-        figures = partial(self._figures, module, mine, case)
+        figures = partial(self._figures, module, mine, case, cache(partial(_parts, case)))
+        of, judgements, figured = {right.name: right for right in wanted}, {}, {}
         with ThreadPoolExecutor(_AT_ONCE) as pool:
-            figured = pool.map(figures, [layers[r.name] for r in given], given, [judgements[r.name] for r in given])
-            results = dict(zip([right.name for right in given], figured, strict=True))
-        panels = Panels(module)
-        for right in wanted:
-            other = found.get(right.name)
-            if isinstance(other, Result):
-                self._results.append(other)
-            if right.name not in layers:
-                continue
-            value = empty[right.name][0] if right.name in empty else None
-            own, result = layers[right.name], results[right.name]
-            judged = replace(judgements[right.name], verdict=result.verdict)
-            self._add_result(result, own, right, judged, mine, case, value)
-            if self._panels is None or self._panels.rank < WORST_RANK:
-                panels.offer(own, right, judged)
+            for name, judged in judging(mine, case, self._model, names, stored):
+                judgements[name] = with_background(judged, empty[name][1]) if name in empty else judged
+                figured[name] = pool.submit(figures, layers[name], of[name], judgements[name])
+            panels = Panels(module)
+            for right in wanted:
+                other = found.get(right.name)
+                if isinstance(other, Result):
+                    self._results.append(other)
+                if right.name not in layers:
+                    continue
+                value = empty[right.name][0] if right.name in empty else None
+                own, result = layers[right.name], figured[right.name].result()
+                judged = replace(judgements[right.name], verdict=result.verdict)
+                self._add_result(result, own, right, judged, mine, case, value)
+                if self._panels is None or self._panels.rank < WORST_RANK:
+                    panels.offer(own, right, judged)
         later = {} if self._diagnoser is None else self._diagnoser.later()
         for k, result in enumerate(self._results):
             if result.module == module and result.layer in later:
@@ -269,11 +269,20 @@ class Comparison:
         shape = case.outputs["depth"].shape if "depth" in case.outputs else ()
         return replace(case, bounds=self._surface.bounds(self._reference.entries[module], shape, self._model))
 
-    def _figures(self, module: str, mine: Arrays, case: Case, own: Layer, right: Layer, judged: Judgement) -> Result:
+    def _figures(
+        self,
+        module: str,
+        mine: Arrays,
+        case: Case,
+        parts: Callable[[], Mapping[str, Flags]],
+        own: Layer,
+        right: Layer,
+        judged: Judgement,
+    ) -> Result:
         """The result on a layer, but for its diagnosis."""
-        reason = partial(reason_of, right.name, mine, case, judged.bounds, self._model)
+        reason = reason_of(right.name, mine, case, judged.bounds, self._model)
         power = self._power(right.name, mine, case, judged, own, right)
-        return result_of(module, own, right, judged, self._tolerance, reason, case.outputs.get("depth"), power)
+        return result_of(module, own, right, judged, self._tolerance, reason, parts, power)
 
     def _add_result(
         self,
@@ -365,6 +374,14 @@ class Comparison:
             panels=self._panels,
             textures=self._textures,
         )
+
+
+def _parts(case: Case) -> dict[str, Flags]:
+    """The texels of a case's occlusion by what of the surface they see; none where depth is not known."""
+    depth: Array | None = case.outputs.get("depth")
+    if depth is None or depth.ndim != 2:
+        return {}
+    return parts_of(depth, len(depth) - 2 * int(case.parameters.get("guard", 0)))
 
 
 def _is_occlusion_wrong(module: str, results: Sequence[Result]) -> bool:

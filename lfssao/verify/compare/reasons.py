@@ -1,13 +1,17 @@
 """Reasons of verdicts: why a texel is what it is, in one sentence."""
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 
 from lfssao.samples.rotation import float32_rounding
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.explain import explain
+from lfssao.verify.bounds.explain import Sample, explainer
 from lfssao.verify.bounds.ssao import image_depth
 from lfssao.verify.case import VIEW, Arrays, Case, described_mapping, described_turns, described_view
+from lfssao.verify.compare.result import Reason
 from lfssao.verify.judge import inputs_of
 
 _LEAST_NOISE = 5e-4  # radians: half of float32's spacing at the angle
@@ -20,24 +24,26 @@ _REASONS = {
 }
 
 
-def reason_of(
-    name: str, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel, texel: tuple[int, int]
-) -> str:
-    """Reason why a texel, (column, row), of a texture is what it is, in one sentence; '' where none is known."""
+def reason_of(name: str, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel) -> Reason:
+    """Why a texel, (column, row), of a texture is what it is, in one sentence; '' where no reason is known."""
     if case.stage != VIEW or (model.exact and name in ("depth", "color")):  # which has the reference's numbers alone
-        return ""
-    (i, j), layers = texel, [f"ao_{k + 1}" for k in range(len(case.parameters["radii"]))]
+        return lambda _: ""
+    layers = [f"ao_{k + 1}" for k in range(len(case.parameters["radii"]))]
     if name in layers:
-        return _occlusion_reason(layers.index(name), mine, case, bounds, model, texel)
+        return _occlusion_reason(layers.index(name), mine, case, bounds, model)
     if name == "merged":
         textures = [mine.get(layer, case.outputs.get(layer)) for layer in layers]
-        values = ", ".join(f"{texture[j, i]:.7g}" for texture in textures if texture is not None)
-        return f"the radii have {values}" if values else ""
+        known = [texture for texture in textures if texture is not None]
+        return lambda texel: ("the radii have " + ", ".join(f"{t[texel[::-1]]:.7g}" for t in known)) if known else ""
     if name in ("depth", "color") and bounds is not None and name in case.bounds and bounds.ranges is None:
-        missed = name == "depth" and bounds.lower[j, i] == np.inf
-        seen = "nothing" if missed else f"this interval of {name}"
-        return f"nine rays into the mesh, within {model.centre:.2g} texel of the texel's centre, see {seen}"
-    return _REASONS.get(name, "")
+        near = f"nine rays into the mesh, within {model.centre:.2g} texel of the texel's centre, see"
+
+        def seen(texel: tuple[int, int]) -> str:
+            missed = name == "depth" and bounds.lower[texel[::-1]] == np.inf
+            return f"{near} {'nothing' if missed else f'this interval of {name}'}"
+
+        return seen
+    return lambda _: _REASONS.get(name, "")
 
 
 def noise_of_turns(case: Case) -> str:
@@ -56,22 +62,27 @@ def noise_of_turns(case: Case) -> str:
     )
 
 
-def _occlusion_reason(
-    k: int, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel, texel: tuple[int, int]
-) -> str:
+def _occlusion_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel) -> Reason:
     """The sample that comes nearest to another outcome at radius k; of other estimators the number undecided."""
     parameters = case.parameters
     if parameters["estimator"] != "lf":
         undecided = None if bounds is None else bounds.undecided
         points = case.inputs.get("points")
         which = "taps" if points is None else f"of {len(points)} points"
-        return "" if undecided is None else f"{undecided[texel[1], texel[0]]} {which} are undecided"
+        return lambda texel: "" if undecided is None else f"{undecided[texel[::-1]]} {which} are undecided"
     guard, back, inputs = parameters["guard"], parameters["screen_to_world"], inputs_of(mine, case)
     depth, positions = inputs.get("depth"), inputs.get("positions")
     if depth is None or (positions is None and back is None):
-        return ""
-    place, mapping = (texel[0] + guard, texel[1] + guard), described_mapping(parameters)
+        return lambda _: ""
     turns, samples, radius = described_turns(parameters, inputs), inputs["samples"], parameters["radii"][k]
-    depth, room = image_depth(described_view(parameters), depth, model)
-    found = explain(place, depth, positions, mapping, samples, radius, model, back, turns, room)
-    return str(found[0]) if found else "no surface is seen there"
+    image, room = image_depth(described_view(parameters), depth, model)
+
+    @cache
+    def explained() -> Callable[[tuple[int, int]], list[Sample]]:  # made when the first texel asks
+        return explainer(image, positions, described_mapping(parameters), samples, radius, model, back, turns, room)
+
+    def reason(texel: tuple[int, int]) -> str:
+        found = explained()((texel[0] + guard, texel[1] + guard))
+        return str(found[0]) if found else "no surface is seen there"
+
+    return reason

@@ -12,7 +12,7 @@ from lfssao.verify.compare.layers import Layer, is_occlusion
 from lfssao.verify.compare.metrics import Metrics, difference, measure
 from lfssao.verify.compare.power import Power
 from lfssao.verify.diagnosis.diagnose import Diagnosis
-from lfssao.verify.verdict import FAILED, Flags, Judgement, Plane, Planes, Verdict, judge_within, texels
+from lfssao.verify.verdict import FAILED, Flags, Judgement, Planes, Verdict, judge_within, texels
 
 WORST = 10
 Reason = Callable[[tuple[int, int]], str]
@@ -137,10 +137,10 @@ def result_of(
     judged: Judgement,
     tolerance: Tolerance,
     reason: Reason,
-    depth: Plane | None = None,
+    parts: Callable[[], Mapping[str, Flags]] = dict,
     power: Power | None = None,
 ) -> Result:
-    """The result of a judged texture; ``reason`` says why a texel, (column, row), ``depth`` where surfaces are."""
+    """The result of a judged texture; ``reason`` says why a texel, (column, row), ``parts`` which are of surfaces."""
     metrics, stored = measure(mine.planes, reference.planes), str(mine.stored or "")
     if judged.verdict is Verdict.EQUAL_BITS:
         return Result(module, reference.name, judged.verdict, metrics=metrics, stored=stored)
@@ -158,7 +158,6 @@ def result_of(
     verdict, beyond = tolerance.judge(judged, mine.planes, reference.planes)
     if verdict is Verdict.INSIDE and power is not None and power.weak:
         verdict = Verdict.INSIDE_WEAKLY
-    seen = depth if depth is not None and depth.ndim == 2 and is_occlusion(reference.name) else None
     return Result(
         module,
         reference.name,
@@ -168,7 +167,7 @@ def result_of(
         beyond=beyond,
         interval=judged.verdict in (Verdict.INSIDE, Verdict.OUTSIDE),
         worst=tuple(worst),
-        agreement={} if seen is None else agreements(mine.planes[0], reference.planes[0], seen),
+        agreement=agreements(mine.planes[0], reference.planes[0], parts() if is_occlusion(reference.name) else {}),
         stored=stored,
         power=power if judged.verdict is Verdict.INSIDE else None,
     )

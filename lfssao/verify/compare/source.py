@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -104,6 +105,9 @@ def _check_digests(path: Path, layers: list[Layer], described: dict[str, Any]) -
             raise InputError(f"{path}: its part {name} is not what manifest.json describes: render the folder again")
 
 
+Side = tuple[list[Layer], Case, list[ImagePart]]
+
+
 @dataclass(frozen=True)
 class Mine:
     """The other renderer's folder or file, its files by modules of the reference."""
@@ -151,6 +155,28 @@ class Mine:
         """All parts of a module's files; InputError if a file cannot be read. ``upwards``: row 0 is below in them."""
         parts = [part for file in self.files[module] for part in file.parts(module, list(self.files))]
         return [replace(part, planes=tuple(p[:: -1 if upwards else 1] for p in part.planes)) for part in parts]
+
+
+class Sides:
+    """Both sides of modules in their order; one is read while the one before is compared."""
+
+    def __init__(self, reference: Reference, mine: Mine, modules: Sequence[str]) -> None:
+        self._reference, self._mine, self._modules = reference, mine, list(modules)
+        self._reader = ThreadPoolExecutor(1)
+        self._ahead: dict[str, Future[Side]] = {}
+
+    def read(self, module: str, described: Case) -> Side:
+        """The reference's layers of a module, its case, and the other renderer's parts; InputError as of each side."""
+        ahead = self._ahead.pop(module, None)
+        made = self._side(module, described) if ahead is None else ahead.result()
+        for later in self._modules[self._modules.index(module) + 1 :][:1]:
+            self._ahead[later] = self._reader.submit(self._side, later)
+        return made
+
+    def _side(self, module: str, described: Case | None = None) -> Side:
+        layers, case = self._reference.read(module, described or self._reference.described(module))
+        below = self._reference.entries.get(module, {}).get("rows") == "below"
+        return layers, case, self._mine.parts(module, below)
 
 
 def _pattern(name: str) -> str:

@@ -24,7 +24,7 @@ from lfssao.verify.diagnosis.change import (
 )
 
 _SIGMAS = Axis(1e-5, 1.4, factor=True)
-# Relative, of a renderer's other sums, beside a quarter of the reference's interval: renderers are far nearer than that.
+# Relative, of a renderer's other sums, beside a quarter of the interval: renderers are far nearer than their bounds.
 _ROUNDING = 2.0**-22
 VISIBILITY = "1 - ao in place of ao"
 

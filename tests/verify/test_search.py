@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from lfssao.verify.diagnosis.change import Axis, Problem, fixed, scaled
+from lfssao.verify.diagnosis.change import Axis, Change, Problem, fixed, scaled
 from lfssao.verify.diagnosis.search import Sample, Search
 
 RIGHT = np.linspace(0.2, 0.9, 400)
@@ -82,6 +82,33 @@ def test_few_texels_tell_no_cause(number, fits):
         texels.fits(texels.trial(fixed("some", value=lambda x: np.where(np.arange(400) < number, 1.1 * x, x)), ()))
         is fits
     )
+
+
+@pytest.mark.parametrize(("number", "fits"), [(11, False), (12, True)])
+def test_two_values_need_twice_as_many(number, fits):
+    texels = sample(np.where(np.arange(400) < number, 1.1 * RIGHT + 0.1, RIGHT))
+
+    def apply(problem, values):
+        factor, bias = values
+        return problem.changed(value=lambda x: np.where(np.arange(400) < number, factor * x + bias, x))
+
+    axes = Axis(1e-5, 1.0, factor=True), Axis(1e-5, 1.0)
+    change = Change("line", apply, "{} {}", axes)
+    assert texels.fits(texels.trial(change, (float(np.log(1.1)), 0.1))) is fits
+
+
+@pytest.mark.parametrize("number", [20, 200])
+def test_changes_tie_if_two_wrong_texels_tell_them_apart(number):
+    def moved(first):
+        return np.where(np.arange(400) < first, 1.1 * RIGHT, RIGHT)
+
+    texels = sample(moved(number))
+    whole, tied, worse = (
+        texels.trial(fixed("some", value=lambda x, n=n: x * moved(n) / RIGHT), ())
+        for n in (number, number - 2, number - 3)
+    )
+    assert texels.equals(whole, tied)
+    assert not texels.equals(whole, worse)
 
 
 @pytest.mark.parametrize(("planted", "fits"), [(1.003, True), (0.71, True), (1.9, True), (3.9, False)])

@@ -31,7 +31,7 @@ FEWEST = 6  # wrong texels that it decides, for each of its values: fewer agree 
 NEAR = 0.3  # share of the wrong texels, less those that it makes wrong, that the nearest change explains at least
 _NEARLY = 0.005  # changes whose shares of the wrong texels differ by less are as good as each other
 _HALF = 0.5  # of the wrong texels
-_EQUAL, _OPEN = 0.001, 2  # share of the wrong texels, and number, by which changes that predict the same may differ
+_EQUAL, _OPEN = 0.001, 2.5  # share of the wrong texels, and number, by which changes that predict the same may differ
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 _SECTIONS, _LEVEL = 36, 3  # each narrows the bracket to 0.62 of it: to the rounding of float32, or until it is level
 ROUGH = 12  # of a screened change, whose value is refined again: to a thousandth of it
@@ -164,7 +164,7 @@ class Sample:
 
     @property
     def _level(self) -> float:
-        """Difference of gains that tells nothing: of few wrong texels one or two may be open at the right value."""
+        """Difference of gains that tells nothing: of few wrong texels two may be open at the right value."""
         return max(_EQUAL, _OPEN / max(self.number, 1))
 
     def equals(self, trial: Trial, other: Trial) -> bool:

@@ -110,7 +110,7 @@ def errors(r: Renderer) -> Iterator[tuple[str, str, str, str, float, Make]]:
     yield "depth bias", "m", "ao_1", "depth bias", 1e-9, lambda s: r.ao(depth=r.depth + np.float32(s))
     yield "u shift", "texels", "ao_1", "shift of u", 1e-5, shifted
     yield "turn about z", "rad", "ao_1", "turned samples", 1e-6, turned
-    yield "one sample's length", "factor - 1", "ao_1", "", 1e-6, of_one_sample
+    yield "one sample's length", "factor - 1", "ao_1", "length of sample 3", 1e-6, of_one_sample
     yield (
         "observer distance",
         "factor - 1",

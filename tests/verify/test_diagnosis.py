@@ -151,6 +151,7 @@ AO = [
     ao("depth of half precision", lambda r: r.ao(depth=r.depth.astype(np.float16)), job="camera"),
     ao("positions of half precision", lambda r: r.ao(positions=r.positions.astype(np.float16).astype("f8"))),
     ao("samples mirrored in all axes", lambda r: r.ao(samples=-r.samples)),
+    ao("length of sample 5", lambda r, x: r.ao(samples=r.samples * np.where(np.arange(8) == 5, x, 1)[:, None]), *NEAR),
     ao("samples of seed 17 in place of 0", lambda r: r.ao(samples=lfssao.make_samples(n=8, seed=17))),
     ao("turns of seed 5 in place of 0", lambda r: r.ao(turns=turns_of("hash", 5, HEIGHT, WIDTH))),
     ao("turns of the next column", lambda r: r.ao(turns=turns_of("hash", 0, HEIGHT + 1, WIDTH + 1)[:, :-1, 1:])),

@@ -41,6 +41,7 @@ from lfssao.verify.diagnosis.views import CORNERS, Sight, view_changes
 from lfssao.verify.verdict import Flags
 
 _MOST_SAMPLES = 256  # of which other tables are made, and each left out in turn
+_MOST_LENGTHS = 32  # samples of which each is scaled in turn
 SEEDS = 64  # that are tried, of samples and of turns
 
 # Fields on which the image points of the samples, and the decisions about them, do not depend.
@@ -255,6 +256,7 @@ class Occlusion(Problem):
                 "depth scale", lambda p, s: p.changed(depth=p.depth * s), Axis(1e-5 * most, most, True), "depth x {}"
             ),
             scaled("turned samples", turn, turned, "samples turned by {} degrees about z"),
+            *map(_of_length, range(len(self.samples) if len(self.samples) <= _MOST_LENGTHS else 0)),
         ]
 
 
@@ -295,6 +297,16 @@ def _of_counts(n: int) -> Iterator[Change]:
             first = (np.arange(n) < m).astype(np.float64)
             words = f"the first {m} samples alone, count divided by {divisor}"
             yield fixed(words, counts=first, divisor=divisor)
+
+
+def _of_length(k: int) -> Change:
+    """Sample k as much longer."""
+
+    def scale(problem: Occlusion, factor: float) -> Occlusion:
+        alone = np.arange(len(problem.samples)) == k
+        return problem.changed(samples=problem.samples * np.where(alone, factor, 1.0)[:, None])
+
+    return scaled(f"length of sample {k}", scale, Axis(1e-5, 0.7, factor=True, number=6), f"sample {k} x {{}}")
 
 
 def _turned_by(make: Callable[[], NDArray[Any]], problem: Occlusion) -> Occlusion:

@@ -24,8 +24,8 @@ from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import point_bounds
 from lfssao.verify.diagnosis.change import FACTOR, INSIDE, OUTSIDE, Axis, Change, Problem, fixed, plain, scaled
-from lfssao.verify.diagnosis.occlusion import other_tables, other_turns, turn_seeds
 from lfssao.verify.diagnosis.post import half, of_texture
+from lfssao.verify.diagnosis.sampling import other_tables, other_turns, turn_seeds
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 

@@ -5,9 +5,8 @@ sure, may be, or is clear. Changes of the look-up leave the image points as they
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from math import cos, radians, sin
 from typing import Any, ClassVar, NamedTuple
 
@@ -15,10 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.affine import Matrix
-from lfssao.errors import InputError
-from lfssao.samples import ROTATIONS, make_samples, sample_set, texel_turns
 from lfssao.samples.kernels import spiral
-from lfssao.samples.registry import METHODS
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
@@ -37,12 +33,12 @@ from lfssao.verify.diagnosis.change import (
     shifts,
 )
 from lfssao.verify.diagnosis.post import half, of_texture
+from lfssao.verify.diagnosis.sampling import other_tables, other_turns, turn_seeds
 from lfssao.verify.diagnosis.views import CORNERS, Sight, view_changes
 from lfssao.verify.verdict import Flags
 
 _MOST_SAMPLES = 256  # of which other tables are made, and each left out in turn
 _MOST_LENGTHS = 32  # samples of which each is scaled in turn
-SEEDS = 64  # that are tried, of samples and of turns
 
 # Fields on which the image points of the samples, and the decisions about them, do not depend.
 _LATE = frozenset({"counts", "divisor", "remap", "value", "store"})
@@ -313,93 +309,8 @@ def _turned_by(make: Callable[[], NDArray[Any]], problem: Occlusion) -> Occlusio
     return problem.changed(turns=make()[:, problem.rows, problem.columns].astype(np.float64))
 
 
-Turns = Iterator[tuple[str, Callable[[], NDArray[np.floating[Any]]]]]
-
-
-def other_turns(rotation: str, seed: int, height: int, width: int) -> Turns:
-    """Turns (2, H, W) of other kinds and seeds, and of other texels, each with its name, made when they are tried."""
-
-    @cache
-    def of(name: str, rows: int, columns: int, number: int) -> NDArray[np.floating[Any]]:
-        return texel_turns(name, rows, columns, number, np.dtype(np.float32))
-
-    for name in ROTATIONS:
-        if name not in ("none", rotation):
-            yield f"samples turned by '{name}'", partial(of, name, height, width, seed)
-    if rotation == "none":
-        return
-    yield "turns of (row, column)", lambda: of(rotation, width, height, seed).transpose(0, 2, 1)
-    for words, down, across in (
-        ("the next column", 0, 1),
-        ("the column before", 0, -1),
-        ("the next row", 1, 0),
-        ("the row before", -1, 0),
-        ("the next column and row", 1, 1),
-    ):
-
-        def moved(down: int = down, across: int = across) -> NDArray[np.floating[Any]]:
-            larger = of(rotation, height + 1, width + 1, seed)
-            rows = np.clip(np.arange(height) + down, 0, height)
-            columns = np.clip(np.arange(width) + across, 0, width)
-            return larger[:, rows[:, None], columns]
-
-        yield f"turns of {words}", moved
-    yield "turns of rows from below", lambda: of(rotation, height, width, seed)[:, ::-1]
-    yield "turns of columns from the right", lambda: of(rotation, height, width, seed)[:, :, ::-1]
-
-
-def turn_seeds(rotation: str, seed: int) -> Iterator[tuple[str, int]]:
-    """Other seeds of turns, each with its name; 'hash' alone has seeds."""
-    for number in range(SEEDS) if rotation == "hash" else ():
-        if number != seed:
-            yield f"turns of seed {number} in place of {seed}", number
-
-
 def _turned_by_seed(seed: int, problem: Occlusion) -> Occlusion:
     angles, turns = np.empty((1, len(problem.rows))), np.empty((2, 1, len(problem.rows)), np.float32)
     spiral.random_angles_at(np.uint64(seed), problem.rows, problem.columns, angles[0])
     spiral.turns_of(angles, turns)
     return problem.changed(turns=turns[:, 0].astype(np.float64))
-
-
-def other_tables(samples: FloatArray, sampling: Mapping[str, Any]) -> Iterator[tuple[str, FloatArray]]:
-    """Other tables, each with what is said of it, of as many samples in the ball, or disk.
-
-    ``sampling`` has the method and the seed by which they were made, where these are known.
-    """
-    n, d = samples.shape
-    tables = {
-        f"samples of '{name}'": make_samples(name, n)
-        for name, method in METHODS["ball"].items()
-        if d == 3 and (method.most is None or n <= method.most)
-    }
-    tables |= _of_seeds(samples, sampling)
-    for k, axis in enumerate("xyz"[:d]):
-        tables[f"samples mirrored in {axis}"] = samples * np.where(np.arange(d) == k, -1.0, 1.0)
-        tables[f"samples without {axis}"] = samples * np.where(np.arange(d) == k, 0.0, 1.0)
-    tables["samples mirrored in all axes"] = -samples
-    for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0]))[: 3 if d == 3 else 1]:
-        tables[f"samples with {words} exchanged"] = samples[:, order[:d]]
-    length = np.linalg.norm(samples, axis=1, keepdims=True)
-    tables["samples on the sphere of radius R"] = samples / np.where(length > 0, length, 1.0)
-    for kind, table in tables.items():
-        if not np.array_equal(table, samples):
-            yield kind, table
-
-
-@cache
-def _table(domain: str, method: str, n: int, seed: int, **options: float) -> FloatArray:
-    return sample_set(domain, method, n, seed, **options).points
-
-
-def _of_seeds(samples: FloatArray, sampling: Mapping[str, Any]) -> dict[str, FloatArray]:
-    """Tables of the same method by other seeds, if it makes the samples by its own."""
-    n, d = samples.shape
-    method, own = sampling.get("method"), sampling.get("seed")
-    whole, ring = {"r_min": 0.0, "r_max": 1.0}, {"r_min": 0.8, "r_max": 1.0}
-    for domain, options in (("ball", ring), ("ball", whole)) if d == 3 else (("disk", {}),):
-        with suppress(InputError):  # a table of a file has no method
-            made = [_table(domain, str(method), n, seed, **options) for seed in (own, *range(SEEDS))]
-            if np.array_equal(made[0], samples):
-                return {f"samples of seed {k} in place of {own}": table for k, table in enumerate(made[1:]) if k != own}
-    return {}

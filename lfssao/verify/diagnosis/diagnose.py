@@ -14,7 +14,7 @@ from lfssao.verify.verdict import Flags, Verdict, texels
 _SCREENED = 96  # texels on which all changes are tried
 _TRIED = 256  # on which the likely are
 _SEARCHED = 2400  # on which the best are refined
-_POLISHED = 600_000  # samples or taps of the texels that the best change's values are made good on
+_POLISHED = 1_200_000  # samples or taps of the texels that the best change's values are made good on
 _MOST = 640_000  # samples or taps that shares are counted over
 _FEW, _ALL = 250, 5_000_000  # with fewer wrong texels so many samples or taps are: each texel made wrong counts
 _NARROW = 1.2  # factor within which values are made good

@@ -129,9 +129,9 @@ class Texture:
             return None
         if self.name == "color":
             return surface.Color(**at, **self._interval)
-        view = {key: self._view[key] for key in ("sight", "centre")}
         caster = None if self.caster is None else self.caster()
-        return surface.Depth(**at, **self._interval, **view, model=self.model, others=self.depths, caster=caster)
+        more = {**self._interval, **self._view}
+        return surface.Depth(**at, **more, model=self.model, depths=self.depths, caster=caster)
 
     def _positions(self, at: Texels) -> surface.Positions | None:
         depth, parameters = self.inputs.get("depth"), self.case.parameters

@@ -73,7 +73,8 @@ class Depth(Image):
     """K texels of depth."""
 
     model: ErrorModel
-    others: Callable[[], Mapping[str, NDArray[Any]]]  # depth of other modules, by what is wrong with it
+    others: Mapping[str, Sight]  # of other modules, by name
+    depths: Callable[[], Mapping[str, NDArray[Any]]]  # of other modules, by what is wrong with them
     sight: Sight  # the reference's
     centre: FloatArray | None = None  # of the region of interest, metres
     caster: RayCaster | None = None  # of the mesh, in the reference's cast space, where it is at hand
@@ -131,8 +132,8 @@ class Depth(Image):
             *super().changes(),
             plain("1 / depth", lambda p: p.then(lambda z: 1 / np.where(z == 0, np.nan, z))),
             plain("1 - depth", lambda p: p.then(lambda z: 1 - z)),
-            *(self._other(words, depth) for words, depth in self.others().items() if depth.shape == self.lower.shape),
-            *view_changes(self.sight, self.centre, {}),
+            *(self._other(words, depth) for words, depth in self.depths().items() if depth.shape == self.lower.shape),
+            *view_changes(self.sight, self.centre, self.others),
             scaled("depth bias", lambda p, b: p.then(lambda z: z + b), bias, "depth {}"),
             scaled("depth scale", lambda p, s: p.then(lambda z: z * s), _SCALES, "depth x {}"),
         ]

@@ -2,16 +2,20 @@
 
 import functools
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from itertools import pairwise
+from queue import SimpleQueue
+from typing import Any, TypeVar
 
 import numba
 
 from lfssao.core.arguments import check_whole
 
 MOST_THREADS = 1024
+_END = object()
+Item = TypeVar("Item")
 
 
 def check_threads(count: object) -> int:
@@ -28,6 +32,28 @@ def kernel_threads(count: int) -> Iterator[None]:
         yield
     finally:
         numba.set_num_threads(before)
+
+
+def ahead(items: Iterable[Item]) -> Iterator[Item]:
+    """The items, made by a thread of its own before they are asked for; what making one raises is raised here.
+
+    >>> list(ahead(n * n for n in range(3)))
+    [0, 1, 4]
+    """
+    made: SimpleQueue[Any] = SimpleQueue()
+
+    def fill() -> None:
+        try:
+            for item in items:
+                made.put(item)
+        finally:
+            made.put(_END)
+
+    with ThreadPoolExecutor(1) as pool:
+        filled = pool.submit(fill)
+        while (item := made.get()) is not _END:
+            yield item
+        filled.result()
 
 
 @functools.cache

@@ -1,7 +1,7 @@
 """A comparison: modules one after the other, each stage judged on what the renderer itself made before it."""
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
@@ -10,6 +10,7 @@ import numpy as np
 
 from lfssao.core.arguments import as_number
 from lfssao.core.memory import check_available
+from lfssao.core.threads import ahead
 from lfssao.errors import InputError, check_type, shown
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import BOUNDED
@@ -236,22 +237,27 @@ class Comparison:
             wanted = [replace(each, planes=(made,)) if each.name == "depth" else each for each in wanted]
         empty = self._without_background(mine, layers, case)
         figures = partial(self._figures, module, mine, case, cache(partial(_parts, case)))
-        of, judgements, figured = {right.name: right for right in wanted}, {}, {}
+        of, done = {right.name: right for right in wanted}, dict[str, tuple[Judgement, Future[Result]]]()
+
+        def judged_layers(pool: ThreadPoolExecutor) -> Iterator[tuple[str, tuple[Judgement, Future[Result]]]]:
+            for name, made in judging(mine, case, self._model, names, stored):
+                judged = with_background(made, empty[name][1]) if name in empty else made
+                yield name, (judged, pool.submit(figures, layers[name], of[name], judged))
+
         with ThreadPoolExecutor(_AT_ONCE) as pool:
-            for name, judged in judging(mine, case, self._model, names, stored):
-                judgements[name] = with_background(judged, empty[name][1]) if name in empty else judged
-                figured[name] = pool.submit(figures, layers[name], of[name], judgements[name])
-            panels = Panels(module)
+            panels, coming = Panels(module), ahead(judged_layers(pool))
             for right in wanted:
                 other = found.get(right.name)
                 if isinstance(other, Result):
                     self._results.append(other)
                 if right.name not in layers:
                     continue
+                while right.name not in done:
+                    done.update([next(coming)])
                 value = empty[right.name][0] if right.name in empty else None
-                own, result = layers[right.name], figured[right.name].result()
-                judged = replace(judgements[right.name], verdict=result.verdict)
-                self._add_result(result, own, right, judged, mine, case, value)
+                own, (judged, figured) = layers[right.name], done[right.name]
+                judged = replace(judged, verdict=figured.result().verdict)
+                self._add_result(figured.result(), own, right, judged, mine, case, value)
                 if self._panels is None or self._panels.rank < WORST_RANK:
                     panels.offer(own, right, judged)
         later = {} if self._diagnoser is None else self._diagnoser.later()

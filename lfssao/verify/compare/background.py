@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.optics.view import without_guard
+from lfssao.verify.case import VIEW, Array, Case
+from lfssao.verify.compare.layers import Layer
 from lfssao.verify.diagnosis.change import Candidate
 from lfssao.verify.verdict import FAILED, Flags, Judgement, Verdict
 
@@ -36,6 +38,35 @@ def replaced(mine: NDArray[Any], value: float) -> tuple[NDArray[Any], Flags]:
     made = mine.copy()
     made[flags] = np.inf
     return made, flags
+
+
+def without_background(
+    mine: dict[str, Array], layers: dict[str, Layer], case: Case, accepted: float | None
+) -> dict[str, tuple[float, Flags]]:
+    """Give the renderer's depth and positions the reference's background; return what stood there otherwise.
+
+    Returned are, by the textures' names, a value that all texels without surface share and the user does not
+    accept, and the texels of depth and positions that have it. Occlusion keeps its own, as later stages read it.
+    """
+    depth, found = case.outputs.get("depth"), {}
+    if case.stage != VIEW or depth is None:
+        return {}
+    for name in list(mine):
+        placed = name in PLACED
+        value = accepted if placed else None
+        if value is None:
+            value = found_background(name, mine[name], depth)
+        if value is None:
+            continue
+        flags = np.zeros(0, np.bool_)
+        if placed:
+            mine[name], flags = replaced(mine[name], value)
+        if accepted is None or not placed:
+            found[name] = value, flags
+        else:
+            planes = np.moveaxis(mine[name].reshape(*flags.shape, -1), -1, 0)
+            layers[name] = replace(layers[name], planes=tuple(planes))
+    return found
 
 
 def with_background(judged: Judgement, flags: Flags) -> Judgement:

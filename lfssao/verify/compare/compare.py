@@ -17,7 +17,7 @@ from lfssao.verify.bounds.points import BOUNDED
 from lfssao.verify.bounds.stored import LINEAR
 from lfssao.verify.case import VIEW, Array, Arrays, Case
 from lfssao.verify.compare.agreement import parts_of
-from lfssao.verify.compare.background import PLACED, found_background, replaced, with_background
+from lfssao.verify.compare.background import with_background, without_background
 from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, check_comparable
@@ -235,7 +235,7 @@ class Comparison:
             layers["depth"] = replace(layers["depth"], planes=(mine["depth"],))
             made = case.outputs["depth"]
             wanted = [replace(each, planes=(made,)) if each.name == "depth" else each for each in wanted]
-        empty = self._without_background(mine, layers, case)
+        empty = without_background(mine, layers, case, self._background)
         figures = partial(self._figures, module, mine, case, cache(partial(_parts, case)))
         of, done = {right.name: right for right in wanted}, dict[str, tuple[Judgement, Future[Result]]]()
 
@@ -318,34 +318,6 @@ class Comparison:
             some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
             limit = f"up to {judged.bounds.strays} may look past an edge (4 standard deviations)"
             self._notes.append(f"{module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
-
-    def _without_background(
-        self, mine: dict[str, Array], layers: dict[str, Layer], case: Case
-    ) -> dict[str, tuple[float, Flags]]:
-        """Give the renderer's depth and positions the reference's background; return what stood there otherwise.
-
-        Returned are, by the textures' names, a value that all texels without surface share and the user does not
-        accept, and the texels of depth and positions that have it. Occlusion keeps its own, as later stages read it.
-        """
-        depth, found = case.outputs.get("depth"), {}
-        if case.stage != VIEW or depth is None:
-            return {}
-        for name in list(mine):
-            placed = name in PLACED
-            value = self._background if placed else None
-            if value is None:
-                value = found_background(name, mine[name], depth)
-            if value is None:
-                continue
-            flags = np.zeros(0, np.bool_)
-            if placed:
-                mine[name], flags = replaced(mine[name], value)
-            if self._background is None or not placed:
-                found[name] = value, flags
-            else:
-                planes = np.moveaxis(mine[name].reshape(*flags.shape, -1), -1, 0)
-                layers[name] = replace(layers[name], planes=tuple(planes))
-        return found
 
     def _power(self, name: str, mine: Arrays, case: Case, judged: Judgement, own: Layer, right: Layer) -> Power | None:
         """How much it means that a texture is inside; None where it is not, or its bounds are no intervals."""

@@ -422,6 +422,27 @@ def test_noise_is_explained_by_nothing(folder, tmp_path):
     assert found.words("module_008") == f"no setting of lf comes near module_008 (best {best})"
 
 
+@pytest.mark.parametrize(("kind", "make"), [
+    ("radius", lambda r, size: r.ao(radius=1 + size)),
+    ("shift of v", lambda r, size: r.ao(image=moved(0, size))),
+    ("turned samples", lambda r, size: r.ao(samples=turned(r.samples, size))),
+])  # fmt: skip
+def test_a_change_is_named_that_turns_ten_texels(kind, make, folder, tmp_path):
+    r, size = renderer(folder("display")), 1e-5
+    while np.count_nonzero(make(r, size) != r.ao_2) < 10:
+        size *= 1.2
+    found = compared(r, tmp_path, ao_2=make(r, size))["ao_2"].diagnosis
+    assert kind in [candidate.kind for candidate in found.candidates[: found.equal]], found.words("M")
+
+
+def test_a_change_of_two_values_is_not_told_by_ten_texels(folder, tmp_path):
+    r, size = renderer(folder("display")), 1e-5
+    while np.count_nonzero(r.ao(image=moved(size, -size)) != r.ao_2) < 10:
+        size *= 1.2
+    found = compared(r, tmp_path, ao_2=r.ao(image=moved(size, -size)))["ao_2"].diagnosis
+    assert not [c.kind for c in found.candidates if found.fits and len(c.values) > 1], found.words("M")
+
+
 def test_a_diagnosis_can_be_left_out(folder, tmp_path, capsys):
     r = renderer(folder("display"))
     assert compared(r, tmp_path, {"diagnosis": False}, ao_2=r.ao(radius=1.3))["ao_2"].diagnosis is None

@@ -5,7 +5,7 @@ there.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp, floor, log10
 from typing import Any, ClassVar, Self
 
@@ -140,6 +140,7 @@ class Change:
     axes: tuple[Axis, ...] = ()  # of its values
     shared: bool = False  # whether it is of the view: all stages and modules then have the same value
     first: bool = False  # whether it comes before others, as it makes the problem anew
+    late: bool = False  # whether it is tried where no other explains the texture: of such there are many
     hint: str = ""  # an option that makes the texture right
 
     def values(self, steps: Values) -> Values:
@@ -159,6 +160,11 @@ def plain(kind: str, apply: Callable[[Any], Any], **more: Any) -> Change:
 def fixed(kind: str, **fields: Any) -> Change:
     """A change without values that gives the problem other fields."""
     return plain(kind, lambda problem: problem.changed(**fields))
+
+
+def late(change: Change) -> Change:
+    """The change, tried where no other explains the texture."""
+    return replace(change, late=True)
 
 
 FACTOR = Axis(1e-5, 2.3, factor=True)

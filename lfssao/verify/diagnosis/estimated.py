@@ -23,9 +23,9 @@ from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import point_bounds
-from lfssao.verify.diagnosis.change import FACTOR, INSIDE, OUTSIDE, Axis, Change, Problem, fixed, plain, scaled
+from lfssao.verify.diagnosis.change import FACTOR, INSIDE, OUTSIDE, Axis, Change, Problem, fixed, late, plain, scaled
 from lfssao.verify.diagnosis.post import half, of_texture
-from lfssao.verify.diagnosis.sampling import other_tables, other_turns, turn_seeds
+from lfssao.verify.diagnosis.sampling import other_tables, other_turns, table_seeds, turn_seeds
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 
@@ -117,7 +117,9 @@ class Estimated(Problem):
             made.append(_with_buffers("normals made from positions", normals=face_normals))
             made.append(_with_buffers("normals of half precision", normals=lambda b: half(np.asarray(b.normals))))
         if self.points is not None:
-            made += [fixed(words, points=table) for words, table in other_tables(self.points, self.sampling)]
+            made += [fixed(words, points=table) for words, table in other_tables(self.points)]
+            seeds = table_seeds(self.points, self.sampling)
+            made += [late(fixed(words, points=table)) for words, table in seeds.items()]
         return [*made, scaled("radius", lambda p, f: p.changed(radius=p.radius * f))]
 
     def _of_options(self) -> Iterator[Change]:
@@ -162,7 +164,7 @@ class Estimated(Problem):
             yield _with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]
         for words, number in turn_seeds(self.rotation, self.seed):
             turned = partial(Buffers.turned, rotation=self.rotation, seed=number)
-            yield _with_buffers(words, turns=lambda b, turned=turned: turned(b).turns)  # type: ignore[misc]
+            yield late(_with_buffers(words, turns=lambda b, turned=turned: turned(b).turns))  # type: ignore[misc]
 
 
 def _with_buffers(kind: str, **made: Callable[[Buffers], Any]) -> Change:

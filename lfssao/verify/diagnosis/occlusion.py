@@ -28,12 +28,13 @@ from lfssao.verify.diagnosis.change import (
     Problem,
     fixed,
     hold,
+    late,
     plain,
     scaled,
     shifts,
 )
 from lfssao.verify.diagnosis.post import half, of_texture
-from lfssao.verify.diagnosis.sampling import other_tables, other_turns, turn_seeds
+from lfssao.verify.diagnosis.sampling import other_tables, other_turns, table_seeds, turn_seeds
 from lfssao.verify.diagnosis.views import CORNERS, Sight, view_changes
 from lfssao.verify.verdict import Flags
 
@@ -187,7 +188,9 @@ class Occlusion(Problem):
             made.append(fixed(f"count divided by {divisor} in place of {n}", divisor=divisor))
         if n <= _MOST_SAMPLES:
             made += _of_counts(n)
-            made += [fixed(words, samples=table) for words, table in other_tables(self.samples, self.sampling)]
+            made += [fixed(words, samples=table) for words, table in other_tables(self.samples)]
+            seeds = table_seeds(self.samples, self.sampling)
+            made += [late(fixed(words, samples=table)) for words, table in seeds.items()]
         made += [
             change
             for change in view_changes(self.sight, self.centre, self.others)
@@ -226,7 +229,7 @@ class Occlusion(Problem):
         for words, make in other_turns(self.rotation, self.seed, *self.depth.shape):
             yield plain(words, partial(_turned_by, make))
         for words, number in turn_seeds(self.rotation, self.seed):
-            yield plain(words, partial(_turned_by_seed, number))
+            yield late(plain(words, partial(_turned_by_seed, number)))
 
     def _with_values(self) -> list[Change]:
         at = self.landed

@@ -57,18 +57,14 @@ def turn_seeds(rotation: str, seed: int) -> Iterator[tuple[str, int]]:
             yield f"turns of seed {number} in place of {seed}", number
 
 
-def other_tables(samples: FloatArray, sampling: Mapping[str, Any]) -> Iterator[tuple[str, FloatArray]]:
-    """Other tables, each with what is said of it, of as many samples in the ball, or disk.
-
-    ``sampling`` has the method and the seed by which they were made, where these are known.
-    """
+def other_tables(samples: FloatArray) -> Iterator[tuple[str, FloatArray]]:
+    """Other tables, each with what is said of it, of as many samples in the ball, or disk."""
     n, d = samples.shape
     tables = {
         f"samples of '{name}'": make_samples(name, n)
         for name, method in METHODS["ball"].items()
         if d == 3 and (method.most is None or n <= method.most)
     }
-    tables |= _of_seeds(samples, sampling)
     for k, axis in enumerate("xyz"[:d]):
         tables[f"samples mirrored in {axis}"] = samples * np.where(np.arange(d) == k, -1.0, 1.0)
         tables[f"samples without {axis}"] = samples * np.where(np.arange(d) == k, 0.0, 1.0)
@@ -87,8 +83,11 @@ def _table(domain: str, method: str, n: int, seed: int, **options: float) -> Flo
     return sample_set(domain, method, n, seed, **options).points
 
 
-def _of_seeds(samples: FloatArray, sampling: Mapping[str, Any]) -> dict[str, FloatArray]:
-    """Tables of the same method by other seeds, if it makes the samples by its own."""
+def table_seeds(samples: FloatArray, sampling: Mapping[str, Any]) -> dict[str, FloatArray]:
+    """Tables by other seeds, each with what is said of it.
+
+    ``sampling`` has the method and the seed by which the samples were made; where that is not so there are none.
+    """
     n, d = samples.shape
     method, own = sampling.get("method"), sampling.get("seed")
     whole, ring = {"r_min": 0.0, "r_max": 1.0}, {"r_min": 0.8, "r_max": 1.0}
@@ -96,5 +95,6 @@ def _of_seeds(samples: FloatArray, sampling: Mapping[str, Any]) -> dict[str, Flo
         with suppress(InputError):  # a table of a file has no method
             made = [_table(domain, str(method), n, seed, **options) for seed in (own, *range(SEEDS))]
             if np.array_equal(made[0], samples):
-                return {f"samples of seed {k} in place of {own}": table for k, table in enumerate(made[1:]) if k != own}
+                seeds = {f"samples of seed {k} in place of {own}": table for k, table in enumerate(made[1:])}
+                return {words: table for words, table in seeds.items() if not np.array_equal(table, samples)}
     return {}

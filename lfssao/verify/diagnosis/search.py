@@ -253,9 +253,7 @@ class Search:
     def best(self) -> list[Trial]:
         """The changes, tried on the large sample, best first."""
         tiny, small, large = self.tiny, self.small, self.large
-        screened = _cheapest(tiny.trial(c, ()) for c in self.changes if not c.axes)[:_SCREENED]
-        tried = screened if tiny is small else _cheapest(small.trial(trial.change, ()) for trial in screened)
-        found = [large.trial(trial.change, ()) for trial in _likely(small, tried, _PLAIN)]
+        found = self._plain(late=False)
         if any(large.fits(t) and t.left <= _NEARLY * large.before for t in found):
             return self._ranked(found)
         for count in (1, 2):  # values: two where one does not do
@@ -264,8 +262,16 @@ class Search:
             near = _cheapest(small.refined(t, 1.6, ROUGH) for t in graded if t.cost < np.inf)
             found += [large.refined(t, 1.5) for t in _likely(small, near, _REFINED)]
             if any(large.fits(t) for t in found):
-                break
-        return self._ranked(found)
+                return self._ranked(found)
+        return self._ranked([*found, *self._plain(late=True)])
+
+    def _plain(self, late: bool) -> list[Trial]:
+        """The likely changes without values, tried on the large sample."""
+        changes = (c for c in self.changes if not c.axes and c.late == late)
+        screened = _cheapest(self.tiny.trial(c, ()) for c in changes)[:_SCREENED]
+        if self.tiny is not self.small:
+            screened = _cheapest(self.small.trial(trial.change, ()) for trial in screened)
+        return [self.large.trial(trial.change, ()) for trial in _likely(self.small, screened, _PLAIN)]
 
     def paired(self, best: Trial) -> Trial | None:
         """A change together with the one that explains most of the rest, if it explains half itself."""

@@ -427,11 +427,15 @@ def test_noise_is_explained_by_nothing(folder, tmp_path):
     ("shift of v", lambda r, size: r.ao(image=moved(0, size))),
     ("turned samples", lambda r, size: r.ao(samples=turned(r.samples, size))),
 ])  # fmt: skip
-def test_a_change_is_named_that_turns_ten_texels(kind, make, folder, tmp_path):
+def test_a_change_is_named_that_turns_ten_texels(kind, make, folder, tmp_path, monkeypatch):
+    for limit in ("_MOST", "_POLISHED"):  # as if the texture were ten times as large
+        monkeypatch.setattr(diagnose, limit, 1)
+    monkeypatch.setattr(diagnose, "_FEWEST", 600)
     r, size = renderer(folder("display")), 1e-5
     while np.count_nonzero(make(r, size) != r.ao_2) < 10:
         size *= 1.2
     found = compared(r, tmp_path, ao_2=make(r, size))["ao_2"].diagnosis
+    assert found.texels > 0.9 * np.isfinite(r.depth).sum()  # each that the change makes wrong counts
     assert kind in [candidate.kind for candidate in found.candidates[: found.equal]], found.words("M")
 
 

@@ -148,10 +148,8 @@ def discrete(r: Renderer) -> Iterator[tuple[str, str, np.ndarray]]:
 
 
 def named(report: lfssao.Report, kind: str) -> bool:
-    """Whether the report's only cause is that kind, or as well explained by it."""
-    return [True for cause in report.causes if kind in (cause.kind, *cause.equal)] == [True] * max(
-        len(report.causes), 1
-    )
+    """Whether the report's only cause is that kind, or one that explains as much."""
+    return len(report.causes) == 1 and kind in (report.causes[0].kind, *report.causes[0].equal)
 
 
 def smallest(r: Renderer, layer: str, kind: str, size: float, make: Make) -> tuple[float | None, float | None]:

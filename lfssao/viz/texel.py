@@ -12,7 +12,7 @@ from lfssao.core.arguments import check_whole
 from lfssao.errors import InputError, shown
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.view import View
-from lfssao.verify.bounds.explain import Sample, explain
+from lfssao.verify.bounds.explain import Sample, explainer
 
 Texture = NDArray[np.floating[Any]]
 
@@ -37,7 +37,7 @@ def trace_texel(
     texel = column, check_whole("texel: its row", texel[1], 0, view.height - 1)
     if not np.isfinite(gbuffer.depth[texel[1], texel[0]]):
         raise InputError(f"texel {texel} shows no surface")
-    return explain(texel, gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius)
+    return explainer(gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius)(texel)
 
 
 def occluded_fraction(samples: Sequence[Sample]) -> float:

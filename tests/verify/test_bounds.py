@@ -17,7 +17,7 @@ from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds import post, ssao
 from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
-from lfssao.verify.bounds.explain import explain
+from lfssao.verify.bounds.explain import explainer
 from lfssao.verify.bounds.kernels import point_bounds as kernels
 from lfssao.verify.bounds.sao import growth
 
@@ -237,7 +237,7 @@ def test_explain_names_the_texel_the_edge_and_the_error():
     positions = np.zeros((1, 3, 3), np.float32)
     positions[0, 0] = 0.5, 0.5, 0.0
     samples = np.array([(0.25, 0, -3), (0.5, 0, 3), (2, 0, 9), (9, 0, 9), (0, 0.375, -3)])
-    found = explain((0, 0), depth, positions, IDENTITY, samples, 1.0)
+    found = explainer(depth, positions, IDENTITY, samples, 1.0)((0, 0))
     assert found[0].number == 1
     near, edge, empty, off, low = sorted(found, key=lambda s: s.number)
     assert [s.outcome for s in (near, edge, empty, off, low)] == ["clear", "undecided", "clear", "clear", "clear"]
@@ -248,11 +248,12 @@ def test_explain_names_the_texel_the_edge_and_the_error():
     assert "3.0e+00 before its surface" in str(near)
     assert "sees no surface" in str(empty)
     assert "outside the texture" in str(off)
-    assert explain((2, 0), depth, positions, IDENTITY, samples, 1.0) == []
+    assert explainer(depth, positions, IDENTITY, samples, 1.0)((2, 0)) == []
 
 
 def test_explain_of_algorithm_1_has_its_points_from_depth():
-    found = explain((1, 0), np.float32([[0, 2, 0]]), None, IDENTITY, np.array([(1, 0, 1.0)]), 1.0, "strict", np.eye(4))
+    depth, samples = np.float32([[0, 2, 0]]), np.array([(1, 0, 1.0)])
+    found = explainer(depth, None, IDENTITY, samples, 1.0, "strict", np.eye(4))((1, 0))
     assert [(s.u, s.v, s.z, s.texel, s.outcome) for s in found] == [(2.5, 0.5, 3.0, (2, 0), "occluded")]
 
 

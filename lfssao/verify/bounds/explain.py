@@ -44,28 +44,6 @@ class Sample:
         return f"sample {self.number} is {self.outcome}: it {where}, and lies {depth}"
 
 
-def explain(
-    texel: tuple[int, int],
-    depth: Texture,
-    positions: Texture | None,
-    world_to_image: WorldToImage,
-    samples: NDArray[np.floating[Any]],
-    radius: float,
-    model: str | ErrorModel = "shader",
-    screen_to_world: Matrix | None = None,
-    turns: Texture | None = None,
-    room: float = 0.0,
-) -> list[Sample]:
-    """The samples of one texel, (column, row), those that come nearest to another outcome first.
-
-    Undecided ones come first, then by the smaller of distance to the edge and to the surface, in units of the error;
-    there are none where the texel has no surface. Arguments and errors are those of ``ssao.ao_bounds``, but an exact
-    model has no errors: ``nearest`` is taken for it.
-    """
-    given = depth, positions, world_to_image, samples, radius, model, screen_to_world, turns, room
-    return explainer(*given)(texel)
-
-
 def explainer(
     depth: Texture,
     positions: Texture | None,
@@ -77,7 +55,12 @@ def explainer(
     turns: Texture | None = None,
     room: float = 0.0,
 ) -> Callable[[tuple[int, int]], list[Sample]]:
-    """``explain`` of any texel, with the depths of the whole texture prepared once."""
+    """A function that gives a texel's samples, of (column, row), those that come nearest to another outcome first.
+
+    Undecided ones come first, then by the smaller of distance to the edge and to the surface, in units of the error;
+    there are none where the texel has no surface. Arguments and errors are those of ``ssao.ao_bounds``, but an exact
+    model has no errors: ``nearest`` is taken for it. The depths of the whole texture are prepared once.
+    """
     chosen = find_model(model)
     chosen = MODELS["nearest"] if chosen.exact else chosen
     seen = with_depths(seen_by(depth, positions, world_to_image, radius, screen_to_world, turns, room), chosen)

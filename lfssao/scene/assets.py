@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
+import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from lfssao.core.files import check_file
@@ -15,10 +17,15 @@ _NOT_IMAGES = (".mtl", ".bin")
 
 
 class Assets:
-    """A resolver of trimesh: it remembers what it could not give, and refuses what takes too much memory."""
+    """Gives a mesh file what it names; remembers what it could not give, refuses what takes too much memory.
 
-    def __init__(self, path: Path) -> None:
+    given: the texture that takes the place of those that the file names. trimesh asks it as its resolver.
+    """
+
+    def __init__(self, path: Path, given: NDArray[np.float32] | None = None) -> None:
         self._path = path
+        self.given = given
+        self._notes: list[str] = []
         self._missing: dict[str, str] = {}
         self._held = path.stat().st_size  # bytes of the file and of those that it names
         self._textures = 0  # bytes of memory
@@ -60,7 +67,9 @@ class Assets:
             self._missing[name] = f"cannot be read ({reason_of(Path(name), error)})"
 
     def check_images(self) -> None:
-        """Refuse a mesh that names an image which is missing or broken."""
+        """Refuse a mesh that names an image which is missing or broken, if none is given in its place."""
+        if self.given is not None:
+            return
         for name, problem in self._missing.items():
             if Path(name.strip()).suffix.lower() not in _NOT_IMAGES:
                 raise InputError(f"{self._path}: it names the image '{name}', which {problem}")
@@ -74,13 +83,18 @@ class Assets:
         """Refuse a mesh of which a part needs too many bytes of memory."""
         check_expansion(f"{self._path}: {what}", needed, self._held)
 
+    def note(self, sentence: str) -> None:
+        """Remember a sentence about a part of the file that is left out."""
+        self._notes.append(sentence)
+
     def notes(self) -> list[str]:
-        """Sentences about material files that are missing."""
-        return [
+        """Sentences about all that is left out, each once: material files that are missing, and others."""
+        missing = [
             f"it names '{name}', which {problem}: its materials are left out"
             for name, problem in self._missing.items()
             if name.strip().lower().endswith(".mtl")
         ]
+        return list(dict.fromkeys([*missing, *self._notes]))
 
 
 def bytes_of(image: Any) -> int:

@@ -13,7 +13,7 @@ from lfssao.core.files import write_whole
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError, check_choice
 from lfssao.rendering.contact import write_animation
-from lfssao.rendering.folder import light_field, read_manifest
+from lfssao.rendering.folder import fill, read_manifest
 from lfssao.rendering.viewer import BLENDS, LightField, eye_point, eye_range
 
 MOST_WIDTH = 16_384
@@ -64,7 +64,10 @@ def _view(options: argparse.Namespace) -> None:
     for eye in eyes:
         eye_point(display, eye)
     bar = partial(progress, total=len(entries), desc="read", unit="module")
-    field = light_field(folder, [options.layer], display, entries, bar=bar)
+    channels = len(next(iter(entries.values()))["textures"][options.layer]["channels"])
+    shots = None if animated else [(eyes[0], options.width, options.blend)]  # many eyes see all columns
+    field = LightField(display, list(entries), channels, shots)
+    fill(field, folder, [options.layer], entries, bar)
     pictures = _photographs(field, eyes, options)
     with working("write"):
         if animated:

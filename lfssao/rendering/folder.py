@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.files import read_json
-from lfssao.core.memory import check_available
 from lfssao.errors import InputError, errors_of
 from lfssao.optics.display import Display, Module
 from lfssao.optics.view import without_guard
@@ -97,24 +96,18 @@ def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Di
     return display
 
 
-def light_field(
+def fill(
+    field: LightField,
     folder: Path,
     layers: Sequence[str],
-    display: Display,
     entries: Mapping[int, dict[str, Any]],
-    field: LightField | None = None,
     bar: Callable[..., Any] = iter,
-) -> LightField:
-    """Some layers of every module's texture; AO as visibility, 1 - AO: a pixel that no module reaches is black.
+) -> None:
+    """Give a light field some layers of the textures that it misses; AO as visibility: black where no module reaches.
 
-    ``entries`` are the manifest's of modules by number. ``field`` may have some of their textures, which are not read.
-    ``bar`` passes on one step a module. InputError if a file is not what its entry describes.
+    ``entries`` are the manifest's of modules by number. ``bar`` passes on one step a module. InputError if a file is
+    not what its entry describes.
     """
-    if field is None:
-        channels = sum(len(next(iter(entries.values()))["textures"][layer]["channels"]) for layer in layers)
-        needed = 4 * channels * sum(display.modules[k].width * display.modules[k].height for k in entries)
-        check_available(f"{folder}: its textures", needed)
-        field = LightField(display, list(entries), channels)
 
     def put(index: int) -> None:
         entry = entries[index]
@@ -126,7 +119,6 @@ def light_field(
     use_one_thread_a_file()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         list(bar(pool.map(put, field.missing)))
-    return field
 
 
 def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.float32]:

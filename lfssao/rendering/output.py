@@ -19,14 +19,13 @@ from PIL.Image import Image
 from lfssao import __version__
 from lfssao.core.affine import sum_in_order
 from lfssao.core.files import remove_leftovers, write_text, write_whole
-from lfssao.core.memory import available_memory
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
 from lfssao.optics.view import View, without_guard
 from lfssao.rendering import doubts, plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip, white, with_ao
 from lfssao.rendering.exr import Part, as_stored, read_exr, write_exr
-from lfssao.rendering.folder import display_of, light_field
+from lfssao.rendering.folder import display_of, fill
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.manifest import ANGLES, FORMAT, MANIFEST, describe_view, digest, short_digest
 from lfssao.rendering.passes import Textures
@@ -37,7 +36,7 @@ SHEET = "contact.png"
 VIEW = "view.png"
 ANIMATION = "animation.png"
 MOST_PICTURES = 360  # of an animation
-VIEW_WIDTH = 900  # pixels
+_SHOT = (0.0, 900, "linear")  # view.png: the place of the eye, pixels across, how modules are blended
 _TITLES = {"color": "without AO", "shaded": "with AO"}  # in view.png
 _OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
 
@@ -205,8 +204,8 @@ def write_frame(
 ) -> Image | None:
     """Write a frame's contact sheet, if it has one, and its manifest, from its views' results and the job's times.
 
-    ``field`` has the textures of view.png that need not be read. Returned is the picture of the frame's middle view
-    with AO, if it has a sheet.
+    ``field`` has textures of view.png; the others are read from the files. Returned is the picture of the frame's
+    middle view with AO, if it has a sheet.
     """
     folder, entries = job.frame_folder(frame), [result.entry for result in results]
     doubts.warn(doubts.of_views([entry["name"] for entry in entries if not entry["surface_texels"]]))
@@ -238,9 +237,9 @@ def write_frame(
 
 def _view(job: Job, results: Sequence[Result], field: LightField | None) -> Image:
     """The picture for an eye in the middle of the observer line, without AO, if there are colours, and with it."""
-    modules, layers = {k: result.entry for k, result in enumerate(results)}, _seen(job)
-    field = light_field(job.folder, layers, display_of(job.head["display"], modules), modules, field)
-    codes = np.split(to_codes(field.photograph(0.0, VIEW_WIDTH).image), len(layers), axis=2)
+    layers, field = _seen(job), field or empty_field(job)
+    fill(field, job.folder, layers, {k: result.entry for k, result in enumerate(results)})
+    codes = np.split(to_codes(field.photograph(*_SHOT).image), len(layers), axis=2)
     return side_by_side({_TITLES[layer]: picture for layer, picture in zip(layers, codes, strict=True)})
 
 
@@ -249,13 +248,10 @@ def _seen(job: Job) -> list[str]:
     return ["shaded"] if job.mesh.paint is None else ["color", "shaded"]
 
 
-def empty_field(job: Job) -> LightField | None:
-    """Room for view.png's textures as they are made; None without picture or memory: they are read in half a second."""
-    available, texels = available_memory(), sum(view.width * view.height for view in job.views)
-    if not job.has_view or available is None or 24 * texels > available / 4:
-        return None
+def empty_field(job: Job) -> LightField:
+    """Room for all that view.png shows of the textures, which are put in as they are made."""
     modules = {k: {"view": describe_view(view)} for k, view in enumerate(job.views)}
-    return LightField(display_of(job.head["display"], modules), modules, 3 * len(_seen(job)))
+    return LightField(display_of(job.head["display"], modules), modules, 3 * len(_seen(job)), [_SHOT])
 
 
 def put_view(field: LightField, job: Job, item: Item, textures: Textures) -> None:

@@ -52,7 +52,7 @@ def run(
     """
     start = time.perf_counter()
     rest = [item for item in job.items() if item not in found]
-    field = output.empty_field(job) if executor is None else None
+    field = output.empty_field(job) if executor is None and job.has_view else None
     if executor is None:
         renderer = Renderer(job, threads)
         if rest:

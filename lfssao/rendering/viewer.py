@@ -9,6 +9,7 @@ f'' (z p / m_z)^2 / 8; details that are not large against p |z| / m_z appear twi
 itself, z = 0, or vertically.
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import isfinite, sqrt
 from pathlib import Path
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from lfssao.core import pictures
 from lfssao.core.affine import Matrix, multiply, to_4x4
 from lfssao.core.arguments import MOST_TEXELS, as_number, as_numbers, as_whole, check_whole
+from lfssao.core.memory import check_available
 from lfssao.errors import InputError, check_choice, shown
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display
@@ -36,8 +38,10 @@ BLENDS = ("nearest", "linear", "gaussian")  # in the order of the kernel's numbe
 class LightField:
     """A display and the textures, ``channels`` channels each, that its modules show.
 
-    Modules are the numbers of those that will be given textures; the others stay dark. InputError if the display has
-    one module alone, which has no angular step, or none of a number.
+    Modules are the numbers of those that will be given textures; the others stay dark. ``shots`` are the photographs
+    that will be taken, (eye_x, width, blend) each, if they are known: the columns that they see are then all that is
+    kept of a texture, together about two textures for an eye and any number of modules. InputError if the display has
+    one module alone, which has no angular step, or none of a number; if memory is too small; as ``photograph``.
 
     >>> display = lfssao.find_display("sample-a").with_resolution(50, 30)
     >>> field = lfssao.LightField(display, modules=[9, 10, 11])
@@ -47,19 +51,40 @@ class LightField:
     (30, 50, 3)
     """
 
-    def __init__(self, display: Display | str | Path, modules: Any, channels: int = 3) -> None:
+    def __init__(
+        self,
+        display: Display | str | Path,
+        modules: Any,
+        channels: int = 3,
+        shots: Iterable[tuple[float, int, str]] | None = None,
+    ) -> None:
         display = find_display(display)
         if len(display.modules) < 2:
             raise InputError(f"display {display.name}: it has one module, an eye needs two (sample-a has 21, for one)")
         self.display = display
         self._sizes = np.array([(m.width, m.height) for m in display.modules], np.int64)
+        self._numbers = np.stack([display.module_numbers(k) for k in range(len(display.modules))])
+        channels, chosen = check_whole("channels", channels, 1), sorted(chosen_modules(display, modules))
         self._starts = np.full(len(display.modules), -1, np.int64)
-        self._room, texels = {}, 0
-        channels = check_whole("channels", channels, 1)
-        for k in sorted(chosen_modules(display, modules)):
-            self._room[k] = texels
-            texels += display.modules[k].width * display.modules[k].height
-        self._texels = np.empty((texels, channels), np.float32)
+        self._columns = np.stack([np.zeros_like(self._sizes[:, 0]), self._sizes[:, 0]], axis=1)
+        self._shots = None if shots is None else list(shots)
+        if self._shots is not None:
+            self._starts[chosen] = 0
+            self._columns = self._seen(self._shots)
+            self._starts[chosen] = -1
+        held = (self._columns[:, 1] - self._columns[:, 0]) * self._sizes[:, 1]
+        ends = np.cumsum(held[chosen])
+        self._room = dict(zip(chosen, (ends - held[chosen]).tolist(), strict=True))
+        check_available(f"display {display.name}: the textures", 4.0 * channels * int(ends[-1]))
+        self._texels = np.empty((int(ends[-1]), channels), np.float32)
+
+    def _seen(self, shots: Sequence[tuple[float, int, str]]) -> NDArray[np.int64]:
+        """The columns of each module's texture that photographs see, (M, 2), from the first to before the second."""
+        first, end = np.full(len(self._sizes), kernels.MOST_COLUMNS), np.zeros(len(self._sizes), np.int64)
+        for shot in shots:
+            _, _, seen = self._compose(*shot, np.empty((0, 0), np.float32))
+            first, end = np.minimum(first, seen[:, :, 0].min(axis=0)), np.maximum(end, seen[:, :, 1].max(axis=0))
+        return np.stack([np.minimum(first, end), end], axis=1)
 
     def put(self, index: int, *textures: NDArray[np.float32]) -> None:
         """Give a module its texture, (H, W, C) float32, or several with C channels together; they are copied.
@@ -77,8 +102,9 @@ class LightField:
             raise InputError(f"{named} has shape {' and '.join(map(str, shapes))}, expected {expected}")
         if not all(np.isfinite(texture).all() for texture in textures):
             raise InputError(f"{named} has a value that is not finite")
-        start, flat = self._room[index], [texture.reshape(width * height, -1) for texture in textures]
-        np.concatenate(flat, axis=1, out=self._texels[start : start + width * height])
+        start, columns = self._room[index], slice(*self._columns[index].tolist())
+        flat = [texture[:, columns].reshape(-1, texture.shape[2]) for texture in textures]
+        np.concatenate(flat, axis=1, out=self._texels[start : start + len(flat[0])])
         self._starts[index] = start
 
     @property
@@ -91,7 +117,8 @@ class LightField:
 
         At a screen point a module's weight depends on the angle between the line to the eye and the module's ray, seen
         from above and taken by its sine. A ray reaches an eye up to half an angular step of the modules from it.
-        InputError if the blend is unknown, the width is not positive, or there is no observer at eye_x.
+        InputError if the blend is unknown, the width is not positive, or there is no observer at eye_x; if shots were
+        announced, for another one, or before all modules have their textures.
 
         Parameters
         ----------
@@ -105,17 +132,28 @@ class LightField:
             exp(-q^2 / 2), q the angle in units of 1.5 steps, as in the code of LF's first author. A texture is read
             bilinearly.
         """
-        check_choice("blend", blend, BLENDS)
-        shown = self.display
-        eye, screen = eye_point(shown, eye_x), (shown.screen_width, shown.screen_height)
-        columns, rows = picture_size(shown, width)
-        image, dark = np.empty((rows, columns, self._texels.shape[1]), np.float32), np.empty(rows, np.int64)
-        numbers = np.stack([shown.module_numbers(k) for k in range(len(shown.modules))])
-        modules = kernels.Modules(numbers, self._sizes, self._starts, self._texels)
-        kernels.compose(modules, eye, screen, BLENDS.index(blend), image, dark)
-        if dark.sum() == rows * columns:
-            doubts.warn([f"display {shown.name}: no module's light goes to an eye at x = {eye_x:g}"])
+        if self._shots is not None and (self.missing or (eye_x, width, blend) not in self._shots):
+            reason = f"modules {self.missing} have no textures" if self.missing else f"announced are {self._shots}"
+            shot = ", ".join(map(shown, (eye_x, width, blend)))
+            raise InputError(f"the photograph ({shot}) cannot be taken: {reason}")
+        image, dark, _ = self._compose(eye_x, width, blend, self._texels)
+        if dark.sum() == dark.size * image.shape[1]:
+            doubts.warn([f"display {self.display.name}: no module's light goes to an eye at x = {eye_x:g}"])
         return Photograph(image, int(dark.sum()))
+
+    def _compose(
+        self, eye_x: float, width: int, blend: str, texels: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.int64]]:
+        """The picture, and what the kernel tells of each of its rows: dark pixels, and columns that are seen."""
+        check_choice("blend", blend, BLENDS)
+        display = self.display
+        eye, screen = eye_point(display, eye_x), (display.screen_width, display.screen_height)
+        columns, rows = picture_size(display, width)
+        image, dark = np.empty((rows, columns, texels.shape[1]), np.float32), np.empty(rows, np.int64)
+        seen = np.empty((rows, len(self._sizes), 2), np.int64)
+        modules = kernels.Modules(self._numbers, self._sizes, self._starts, self._columns, texels)
+        kernels.compose(modules, eye, screen, BLENDS.index(blend), image, dark, seen)
+        return image, dark, seen
 
 
 @dataclass(frozen=True, eq=False)

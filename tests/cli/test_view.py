@@ -1,5 +1,7 @@
 """lfssao view: pictures and animations of rendered folders; spoiled folders are refused in one sentence."""
 
+import shutil
+
 import numpy as np
 import pytest
 from jobs import edit, render, sentence
@@ -68,13 +70,18 @@ def test_render_ends_with_what_an_eye_in_the_middle_sees_without_and_with_ao(ren
     assert (without > shaded).any()
 
 
-def test_the_picture_is_the_same_where_memory_is_short_and_files_are_read_back(rendered, tmp_path, monkeypatch):
-    read = []
-    monkeypatch.setattr("lfssao.rendering.output.available_memory", lambda: 1_000)
+def test_the_picture_is_the_same_where_files_are_read_back_and_room_is_that_of_few_textures(
+    rendered, tmp_path, monkeypatch
+):
+    read, room, out = [], [], tmp_path / "out"
+    monkeypatch.setattr("lfssao.rendering.viewer.check_available", lambda _, needed: room.append(needed))
+    shutil.copytree(rendered, out)
+    (out / "view.png").unlink()
     monkeypatch.setattr(folder_module, "read_layer", lambda *all_: read.append(all_[1]) or read_layer(*all_))
-    render(tmp_path / "out", *WORDS)
+    render(out, *WORDS, "--resume")
     assert sorted(read) == 21 * ["color"] + 21 * ["shaded"]
-    assert (tmp_path / "out" / "view.png").read_bytes() == (rendered / "view.png").read_bytes()
+    assert (out / "view.png").read_bytes() == (rendered / "view.png").read_bytes()
+    assert room[0] < 3 * 64 * 38 * 6 * 4
 
 
 def test_a_white_mesh_has_the_picture_without_a_colour_layer(tmp_path):

@@ -77,6 +77,27 @@ def test_the_reference_composes_the_same_bits(name):
         assert 0 < missed < 4 * 41 * height  # the modules that shine reach some of it and not all
 
 
+@pytest.mark.parametrize("name", DISPLAYS)
+def test_photographs_that_are_announced_have_the_same_bits_and_keep_what_they_see(name, monkeypatch):
+    display, rng, room = DISPLAYS[name], np.random.default_rng(3), []
+    monkeypatch.setattr("lfssao.rendering.viewer.check_available", lambda _, needed: room.append(needed))
+    count, end = len(display.modules), eye_range(display)[1]
+    whole, textures = random_field(display, rng, channels=2)
+    for blend in BLENDS:
+        shots = [(share * end, 41, blend) for share in (-0.9, 0.37)]
+        few = LightField(display, range(count), 2, shots)
+        assert room[-1] < 8 * count * SIZE[0] * SIZE[1] == room[0]
+        for k in reversed(range(count)):
+            with pytest.raises(InputError, match=rf"cannot be taken: modules .*\b{k}\b.* have no textures"):
+                few.photograph(*shots[0])
+            few.put(k, textures[k])
+        for shot in shots:
+            assert few.photograph(*shot).image.tobytes() == whole.photograph(*shot).image.tobytes()
+        with pytest.raises(InputError, match="cannot be taken: announced are"):
+            few.photograph(0.0, 41, blend)
+    assert 3 * room[1] < room[0] or count < 16  # of many modules an eye sees a few columns each
+
+
 def test_nothing_is_seen_where_no_module_reaches():
     display = DISPLAYS["sample-a"]
     field, _ = random_field(display, np.random.default_rng(2))

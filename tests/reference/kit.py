@@ -59,12 +59,13 @@ def mapping_of(parameters):
 
 def mapping_stage(parameters, inputs):
     kind, m = mapping_of(parameters)
-    offsets = inputs["offsets"] if "offsets" in inputs else [None] * len(inputs["points"])
+    nothing = [None] * len(inputs["points"])
+    offsets, turns = inputs.get("offsets", nothing), np.transpose(inputs["turns"]) if "turns" in inputs else nothing
     images = []
-    for point, offset in zip(inputs["points"], offsets, strict=True):
+    for point, offset, turn in zip(inputs["points"], offsets, turns, strict=True):
         sums = mapping.affine_rows(kind, m, point)
         if offset is not None:
-            sums = [a + b for a, b in zip(sums, mapping.linear_rows(kind, m, offset), strict=True)]
+            sums = [a + b for a, b in zip(sums, mapping.linear_rows(kind, m, offset, turn), strict=True)]
         images.append(mapping.to_image(kind, m, sums))
     statuses = [status for *_, status in images]
     places = [place if status == 0 else [0, 0, 0] for *place, status in images]

@@ -110,6 +110,17 @@ def test_every_stage_sampler_and_estimator_has_a_case():
         assert f"\n### Estimator `{name}`\n" in specification()["ESTIMATORS.md"] or name == "lf"
 
 
+def test_the_text_has_the_type_of_every_option():
+    words = {bool: "true or false", int: "whole number", str: "string"}
+    table = specification()["ESTIMATORS.md"].partition("| options | their type |")[2].partition("\n\n")[0]
+    rows = [row.strip("| ").split(" | ") for row in table.splitlines()[2:]]
+    assert [kind for _, kind in rows] == [*words.values(), "number, binary64"]
+    for name, estimator in ESTIMATORS.items():
+        for option, default in estimator.parameters.items():
+            kinds = [kind for row, kind in rows if re.search(rf"`{option}`( of [a-z` ]*`{name}`|[,;]|$)", row)]
+            assert kinds == ([words[type(default)]] if type(default) in words else []), (name, option)
+
+
 @pytest.mark.parametrize("name", RECIPES)
 def test_a_case_is_small_and_its_outputs_lie_within_their_bounds(kit, name):
     case = read_case(kit / "cases" / name)

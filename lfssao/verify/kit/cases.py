@@ -17,6 +17,7 @@ from lfssao.verify.case import Case
 from lfssao.verify.kit import views
 from lfssao.verify.kit.borders import BORDERS, border_problem
 from lfssao.verify.kit.estimator_cases import ESTIMATOR_FAMILIES, estimator_problem
+from lfssao.verify.kit.reading_cases import READING_FAMILIES
 from lfssao.verify.kit.scenes import NOTHING, SCENE, Scene, textures
 from lfssao.verify.kit.stages import STAGES, stage_bounds
 from lfssao.verify.kit.views import CAMERA_SCENE, MISSED, NEAR, Problem, Recipe, make_camera, module_view
@@ -31,6 +32,7 @@ _DISPLAY_TITLES = {
     "negated": "homography whose ninth number is negative, distortion by k2 alone",
 }
 _SEED = 0xFEDCBA9DF6543215
+_TIE = 0.47273688628671334  # a sigma whose outermost weight is 1794.5 * 2^-24
 _Table = tuple[str, int, int] | tuple[str, int, int, float, float]  # arguments of ``make_samples``
 _LATIN = "latin", 8, 1
 _MATRIX = make_camera("perspective"), CAMERA_SCENE, _LATIN, 0.5  # arguments of ``_module_problem``
@@ -164,6 +166,7 @@ _ALONE = {
     for name, k1, k2 in (
         ("k1", -0.08, 0.0), ("k2", 0.0, -0.02), ("never", 0.1, 0.0), ("far", -1e-39, 0.0),
         ("first_of_two", -0.095, 0.0034), ("one_of_two", 0.1, -0.02), ("none_of_two", 0.6, 0.05),
+        ("two_in_one", -1 / 24, 1 / 1280),
     )
 }  # fmt: skip
 
@@ -274,7 +277,7 @@ def _pictures() -> Iterator[Recipe]:
     yield Recipe("merge_one", "merge", "one radius: a copy", _merge_problem, 1, 3, 5)
     for name, sigma, height, width in (
         ("usual", 1.0, 12, 16), ("wide", 2.5, 3, 2), ("narrow", 0.01, 4, 4), ("none", 0.0, 2, 3),
-        ("one_texel", 1.0, 1, 1), ("row", 0.7, 1, 9),
+        ("one_texel", 1.0, 1, 1), ("row", 0.7, 1, 9), ("tie", _TIE, 1, 9),
     ):  # fmt: skip
         title = f"sigma {sigma:g}, {width} x {height} texels"
         yield Recipe(f"blur_{name}", "blur", title, _blur_problem, sigma, height, width)
@@ -285,7 +288,7 @@ def _pictures() -> Iterator[Recipe]:
 
 RECIPES = {
     recipe.name: recipe
-    for family in (_numbers, _turned, _views, _singular, _pictures, *ESTIMATOR_FAMILIES)
+    for family in (_numbers, _turned, _views, _singular, _pictures, *ESTIMATOR_FAMILIES, *READING_FAMILIES)
     for recipe in family()
 }
 

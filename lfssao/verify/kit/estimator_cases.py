@@ -32,17 +32,17 @@ def estimator_problem(
     Changed options get more texels and a larger radius: filters of larger footprints are not reached otherwise.
     """
     if projection:
-        return _on_view(estimator, make_camera(projection, width, width * 3 // 4, z), CAMERA_SCENE, 0.5, changes)
+        return on_view(estimator, make_camera(projection, width, width * 3 // 4, z), CAMERA_SCENE, 0.5, changes)
     if changes:
-        return _on_view(estimator, _flat(48, 36), SCENE, 0.7, changes)
-    return _on_view(estimator, _flat(), SCENE, views.RADIUS, changes)
+        return on_view(estimator, _flat(48, 36), SCENE, 0.7, changes)
+    return on_view(estimator, _flat(), SCENE, views.RADIUS, changes)
 
 
 def _flat(width: int = 16, height: int = 12, guard: int = 0) -> View:
     return module_view(views.DISPLAYS["crossed_slits"].with_resolution(width, height), guard)
 
 
-def _on_view(
+def on_view(
     estimator: Estimator, view: View, scene: Scene, radius: float, changes: Changes, tables: Arrays | None = None
 ) -> Problem:
     """An estimator with some of its options changed, and tables of samples, its own by default, on a scene."""
@@ -72,7 +72,7 @@ _DISK = ((0.0, 0.0), (0.6, 0.1), (-0.3, 0.7), (0.2, -0.8), (-1.0, 0.0))
 def _disk_problem(estimator: Estimator, changes: Changes, tables: Arrays) -> Problem:
     """An estimator over a disk where some of the disk has no image: beyond the screen, behind the lens."""
     view = module_view(views.MISSED.with_resolution(24, 18))
-    parameters, inputs = _on_view(estimator, view, SCENE, 1.2, changes, tables)
+    parameters, inputs = on_view(estimator, view, SCENE, 1.2, changes, tables)
     turned = {"normals": -inputs["normals"]} if estimator.normals and "randomize" in changes else {}
     return parameters, {**inputs, **turned}  # turned away from the viewer, as in smoothed meshes
 
@@ -89,7 +89,7 @@ def _wall_normals(view: View, depth: NDArray[np.float32], scene: Scene) -> NDArr
 def _remap_problem(estimator: Estimator) -> Problem:
     """Depths so far before their positions that in some texels most samples are occluded, in others few."""
     tables = {"points": make_samples("latin", 8, 1)}
-    parameters, inputs = _on_view(estimator, _flat(), SCENE, views.RADIUS, {"remap": True}, tables)
+    parameters, inputs = on_view(estimator, _flat(), SCENE, views.RADIUS, {"remap": True}, tables)
     return parameters, {**inputs, "depth": inputs["depth"] - noise(12, *inputs["depth"].shape) * np.float32(0.1)}
 
 
@@ -149,7 +149,7 @@ def _curved_recipes() -> Iterator[Recipe]:
     view = module_view(views.MISSED.with_resolution(16, 12))
     for name in ("alchemy", "point", "hemisphere", "oriented-hemisphere", "vo-points", "vo-points-normal"):
         own = _own(ESTIMATORS[name], changes)
-        yield _recipe(f"curved_{name}", name, "convex screen", _on_view, view, SCENE, 1.2, own)
+        yield _recipe(f"curved_{name}", name, "convex screen", on_view, view, SCENE, 1.2, own)
 
 
 def _disk_recipes() -> Iterator[Recipe]:
@@ -184,7 +184,7 @@ _LEVELS: dict[str, Changes] = {
 
 def _rough(estimator: Estimator, view: View, radius: float, changes: Changes) -> Problem:
     """Surfaces with holes and, for estimators that read them, normals that differ and depths that are equal."""
-    parameters, inputs = _on_view(estimator, view, SCENE, radius, changes)
+    parameters, inputs = on_view(estimator, view, SCENE, radius, changes)
     hole = noise(10, *inputs["depth"].shape) < 0.1
     depth = np.where(hole, np.float32(inf), inputs["depth"])
     arrays = {"depth": depth, "positions": np.where(hole[..., None], np.float32(inf), inputs["positions"])}
@@ -197,17 +197,17 @@ def _rough(estimator: Estimator, view: View, radius: float, changes: Changes) ->
     return parameters, {**inputs, **arrays}
 
 
-def _long_normals(estimator: Estimator, view: View) -> Problem:
-    """Some normals of 10^19: the eighth power of their dot product with another one is infinite in float32."""
-    parameters, inputs = _rough(estimator, view, 0.4, {})
-    lengths = np.where(noise(12, *inputs["depth"].shape) < 0.3, np.float32(1e19), np.float32(1))
+def long_normals(estimator: Estimator, view: View, length: float = 1e19, changes: Changes | None = None) -> Problem:
+    """Some long normals: of 10^19, the eighth power of their dot product with another one is infinite in float32."""
+    parameters, inputs = _rough(estimator, view, 0.4, changes or {})
+    lengths = np.where(noise(12, *inputs["depth"].shape) < 0.3, np.float32(length), np.float32(1))
     return parameters, {**inputs, "normals": lengths[..., None] * inputs["normals"]}
 
 
 def _beyond_planes(estimator: Estimator, projection: str, share: float = 0.1) -> Problem:
     """A camera's depths, a share of them without distance: none exists in perspective, one below 0 in orthographic."""
     changes: Changes = {"mip": "harmonic", "log_q": 0}
-    parameters, inputs = _on_view(estimator, make_camera(projection), CAMERA_SCENE, 0.5, changes)
+    parameters, inputs = on_view(estimator, make_camera(projection), CAMERA_SCENE, 0.5, changes)
     depth = np.where(noise(10, *inputs["depth"].shape) < share, _BEYOND[projection], inputs["depth"])
     return parameters, {**inputs, "depth": depth}
 
@@ -216,7 +216,7 @@ def _endless(estimator: Estimator) -> Problem:
     """A camera whose far plane lies at infinity; some depths are 1 and more, which stands for no distance."""
     view = make_camera("perspective", 20, 15)
     endless, near = views.without_far_plane(view), float(view.lens[4])
-    parameters, inputs = _on_view(estimator, view, CAMERA_SCENE, 0.5, {"packed": False})
+    parameters, inputs = on_view(estimator, view, CAMERA_SCENE, 0.5, {"packed": False})
     parameters |= {"mapping": described(endless.world_to_image), "view": views.view_numbers(endless)}
     a, b, c, d = view.cast_from_world[2].tolist()
     x, y, z = (inputs["positions"][..., k].astype(np.float64) for k in range(3))
@@ -234,7 +234,7 @@ _BEYOND = {"perspective": np.float32(1.75), "orthographic": np.float32(-0.75)}
 def _lines_problem(estimator: Estimator, display: Display, changes: Changes, scene: Scene = SCENE) -> Problem:
     """An estimator on a display whose texels' lines are a table."""
     view = module_view(display)
-    parameters, inputs = _on_view(estimator, view, scene, 0.3, changes)
+    parameters, inputs = on_view(estimator, view, scene, 0.3, changes)
     lines = texel_rays(view, np.dtype(np.float32)).table
     return parameters, {**inputs, "lines": np.ascontiguousarray(lines.T).reshape(*inputs["depth"].shape, 4)}
 
@@ -260,7 +260,7 @@ _SPREAD: Changes = {"normals": "buffer", "sharpness": 1.0, "quad_edge": 0.0, "in
 
 def _at_lens(estimator: Estimator) -> Problem:
     """Surfaces just before the lens, where a radius is more than 2^22 texels across; each row has one depth."""
-    parameters, inputs = _on_view(estimator, _flat(8, 16), _plane(0.6993), 300.0, _own(estimator, _CAPPED))
+    parameters, inputs = on_view(estimator, _flat(8, 16), _plane(0.6993), 300.0, _own(estimator, _CAPPED))
     depth = np.float32(0.6993) + np.float32(6e-4) * (noise(12, 16, 1) - np.float32(0.5))
     return parameters, {**inputs, "depth": np.repeat(depth, 8, axis=1)}
 
@@ -292,9 +292,9 @@ def _pass_rows(multiresolution: bool) -> Iterator[tuple[Any, ...]]:
     for suffix, changes in (_LEVELS if multiresolution else _PASSES).items():
         yield f"holes_{suffix}".rstrip("_"), _rough, odd, 0.4, changes
     for suffix, view, radius in (("one_texel", _flat(1, 1), 0.3), ("zero_radius", _flat(), 0.0), ("wide", large, 1e7)):
-        yield suffix, _on_view, view, SCENE, radius, {}
+        yield suffix, on_view, view, SCENE, radius, {}
     if multiresolution:
-        yield "long_normals", _long_normals, odd
+        yield "long_normals", long_normals, odd
         return
     for projection in _BEYOND:
         yield projection, _beyond_planes, projection
@@ -309,7 +309,7 @@ def _pass_rows(multiresolution: bool) -> Iterator[tuple[Any, ...]]:
     yield "behind", _beyond_planes, "orthographic", 1.0
     near = module_view(views.NEAR.with_resolution(16, 12))
     for suffix, z_min in (("least_key", 1e-310), ("largest_key", 0.6)):
-        yield suffix, _on_view, near, SCENE, 0.3, {"z_min": z_min}
+        yield suffix, on_view, near, SCENE, 0.3, {"z_min": z_min}
     yield "at_lens", _at_lens
     yield "at_observers", _at_observers
 
@@ -341,7 +341,7 @@ def _exact_problem(estimator: Estimator, radius: float, changes: Changes, projec
         depth = (1.25 - 1.25 / z if projection == "perspective" else 0.25 * z - 0.25).astype(np.float32)
     depth[5, 6] = np.float32(-0.25)  # in the plane of the eye, where a perspective has no image
     tables = {2: {"points": _FLAT}, 3: {"points": _BALL}, 0: {}}[estimator.dimensions]
-    parameters, inputs = _on_view(estimator, camera.view(8, 6), CAMERA_SCENE, radius, changes, tables)
+    parameters, inputs = on_view(estimator, camera.view(8, 6), CAMERA_SCENE, radius, changes, tables)
     normals = np.where(((column + row) % 3 == 0)[..., None], [-(2.0**-22), 0.0, 1.0], [-1.0, 0.0, 0.0])
     own = {"depth": depth, "positions": positions, "normals": normals.astype(np.float32)}
     return parameters, {**inputs, **{name: array for name, array in own.items() if name in inputs}}
@@ -351,7 +351,7 @@ def _small_problem(
     estimator: Estimator, radius: float, changes: Changes, before: float = 0.01, tables: Arrays | None = None
 ) -> Problem:
     """Depths before their positions, by 0.01 some and others behind; by 0: the same, whose variance rounds below 0."""
-    parameters, inputs = _on_view(estimator, _flat(), SCENE, radius, _own(estimator, changes), tables)
+    parameters, inputs = on_view(estimator, _flat(), SCENE, radius, _own(estimator, changes), tables)
     depth = inputs["depth"] if before else np.where(inputs["depth"] < inf, np.float32(0.15), np.float32(inf))
     return parameters, {**inputs, "depth": depth - np.float32(before)}
 
@@ -381,7 +381,7 @@ def _place_recipes() -> Iterator[Recipe]:
     """Guard bands, seeds beyond 32 bits, and cameras that look towards larger z."""
     guarded, flat = _flat(guard=3), {"k": 0.0, "sigma": 1e4}
     for name in ("vo-points", "hbao", "alchemy", "sao"):
-        yield _recipe(f"guard_{name}", name, "a guard band of 3 texels", _on_view, guarded, SCENE, views.RADIUS, {})
+        yield _recipe(f"guard_{name}", name, "a guard band of 3 texels", on_view, guarded, SCENE, views.RADIUS, {})
     for name in ("vo-points", "vo-lines", "hbao"):
         seed = {"seed": 5 * 2**40 + 2**31 + 9}
         yield _recipe(f"seed_{name}", name, "a seed of 43 bits", estimator_problem, "orthographic", seed, 12)

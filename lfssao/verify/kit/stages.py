@@ -7,6 +7,7 @@ import numpy as np
 from lfssao.ao import post, ssao
 from lfssao.ao.estimators.registry import estimate
 from lfssao.ao.kernels import post as post_kernels
+from lfssao.ao.kernels import ssao as ssao_kernels
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.core import elementary, philox
@@ -77,8 +78,10 @@ def _map_points(parameters: Parameters, inputs: Arrays) -> Outputs:
     rows = range(4 if to_image.kind == mapping.MATRIX else 3)
     sums = [mapping.affine_row.py_func(projection.numbers, row, *inputs["points"].T) for row in rows]
     if "offsets" in inputs:
-        sums = [a + mapping.linear_row.py_func(projection.numbers, row, *inputs["offsets"].T)
-                for row, a in enumerate(sums)]  # fmt: skip
+        turns, every = inputs.get("turns"), slice(None)
+        table = ssao_kernels.transform_offsets(inputs["offsets"], projection, turns)
+        parts = [ssao_kernels.offset_row.py_func(table, every, row, turns, turns, every) for row in rows]
+        sums = [a + b for a, b in zip(sums, parts, strict=True)]
     for k, (*physical, q) in enumerate(zip(*sums, *[sums[0]] * (4 - len(rows)), strict=True)):
         u, v, depth, valid = mapping.project(projection, *physical, q)
         if valid:

@@ -87,6 +87,20 @@ def test_beyond_the_fold_there_is_no_image(k1, k2):
         assert worst < ROUNDINGS
 
 
+@pytest.mark.parametrize(("k1", "r"), [(0.0, 1.8), (-0.1, 1.9), (0.05, 1.7)])
+def test_a_distortion_must_grow_up_to_the_corner(k1, r):
+    """With this k2 distorted radii grow up to r; the texture's corner is as far out as the largest, or a bit nearer."""
+    k2 = -(1 + 3 * k1 * r**2) / (5 * r**4)
+    radii = np.linspace(0.0, r, 1001)
+    grown = radii * (1 + radii**2 * (k1 + radii**2 * k2))
+    assert (np.diff(grown) > 0).all()
+    height = 1000 * math.sqrt(grown[-1] ** 2 - 1)
+    m = Module(0.0, 0.0, 1.0, 1000, round(height) - 2, k1=k1, k2=k2)
+    display = Display("folds", 2.0, 1.5, 0.0, -2.0, (m,), ROI)
+    with pytest.raises(InputError, match="k1: the distortion folds inside the texture"):
+        replace(display, modules=(replace(m, height=round(height) + 2),))
+
+
 @settings(max_examples=200)
 @given(display=displays(), points=st.lists(st.tuples(*[st.floats()] * 3), min_size=1, max_size=6))
 def test_any_numbers_get_an_answer(display, points):

@@ -23,6 +23,16 @@ SHOWN = re.compile(
 STEPS = {"half": 2.0**-11, "unorm8": 1 / 255, "unorm16": 1 / 65535, "srgb8": 2.4 / 1.055 / 255}
 
 
+@pytest.mark.parametrize(("format", "largest"), [("unorm8", 255), ("unorm16", 65535), ("half", None), ("float", None)])
+def test_depth_was_at_most_half_a_step_from_what_is_read_and_may_have_been_as_far(format, largest):
+    codes = np.arange(1, 255)
+    dtype = {"half": np.float16, "float": np.float32}.get(format)
+    steps = 1 + codes * 2.0**-10 if largest is None else codes / largest
+    following = np.nextafter(steps.astype(dtype), dtype(9)).astype(np.float64) if dtype else (codes + 1) / largest
+    found = Stored(format, depth=True).half_steps(steps.astype(np.float32))
+    np.testing.assert_allclose(found, (following - steps) / 2, rtol=1e-6)
+
+
 @pytest.mark.parametrize("model", ["shader", "strict"])
 @pytest.mark.parametrize("visibility", [False, True])
 @pytest.mark.parametrize("format", ["float", *STEPS])

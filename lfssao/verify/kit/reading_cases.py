@@ -119,7 +119,7 @@ def _background_problem(name: str, checks: bool | str) -> Problem:
     return on_view(ESTIMATORS[name], view, SCENE, 0.7, changes, tables)
 
 
-# Where a tap lands from its texel, along u and along v: before a border by less than float32 tells, and on halves.
+# Steps of a tap from its texel along u and v: before a border by less than float32 tells, and on halves.
 _STEPS = np.array([-1e-9, 0.5, 1.5, 2.5, -0.5, -1.5, 3 - 2.0**-22], np.float32)
 
 

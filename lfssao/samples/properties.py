@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from math import log, pi, sqrt
+from math import log2, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -310,9 +310,16 @@ def _net(of: Points) -> list[Finding]:
 
 
 def _low_discrepancy(of: Points) -> list[Finding]:
+    """At most 2.4 times the discrepancy of Hammersley's set in base 2, which has a closed form (Halton, Zaremba 1969).
+
+    The L2 star discrepancy of that set is of the least order that any set can have. R2 comes up to 2.32 times as far by
+    its worst shift (n = 120), Halton's set in bases 2 and 3 to 1.35; bases 17 and 19 to 2.5 and more at n = 2^m.
+    """
     n = len(of.points)
     value = float(qmc.discrepancy(np.clip(statistics.unit_cube(of.points, "square"), 0, 1), method="L2-star"))
-    return [Finding("L2 star discrepancy", value, 0.8 * (1 + log(n)) / n)]
+    m = log2(n)
+    hammersley = sqrt(m * m / 64 + 29 * m / 192 + 3 / 8 - m / (16 * n) + 1 / (4 * n) - 1 / (72 * n * n)) / n
+    return [Finding("L2 star discrepancy", value, 2.4 * hammersley)]
 
 
 def _spaced(of: Points, least: float, where: str = "", wraps: bool = False) -> list[Finding]:
@@ -362,7 +369,7 @@ PROMISES = {
     "rows": Promise("one point in each of n rows along xi_1", ("square",), _rows),
     "latin": Promise("one point in each of n rows and of n columns", ("square",), _latin),
     "net": Promise("one in each elementary interval of base 2, of the first 2^m points", ("square",), _net),
-    "low-discrepancy": Promise("L2 star discrepancy at most 0.8 (1 + ln n) / n", ("square",), _low_discrepancy),
+    "low-discrepancy": Promise("L2 star discrepancy at most 2.4 times Hammersley's", ("square",), _low_discrepancy),
     "poisson": Promise("half a triangular lattice's distance, wrapping in xi_2, or more", ("square",), _poisson),
     "apart": Promise("distances of at least 0.7 n^(-1/d)", ("ball", "disk"), _apart),
     "equal-area": Promise("one in each of n bands; cap discrepancy at most 2.2 n^(-3/4)", ("sphere",), _equal_area),

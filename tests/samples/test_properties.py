@@ -180,6 +180,42 @@ def test_every_exact_promise_notices_a_set_without_it():
     assert broken("inside", np.array([[0.0, 0.0, 0.5]]), "ball", r_min=0.6)
 
 
+def radical_inverses(n, base):
+    """The first n numbers of van der Corput's sequence."""
+    digits = np.arange(n)[:, None] // base ** np.arange(13) % base
+    return (digits / base ** np.arange(1.0, 14.0)).sum(axis=1)
+
+
+def halton(n, *bases):
+    return np.stack([radical_inverses(n, base) for base in bases], axis=1)
+
+
+def hammersley(n):
+    return np.stack([np.arange(n) / n, radical_inverses(n, 2)], axis=1)
+
+
+def roberts(n):
+    """R2: steps by powers of the plastic number, the real root of x^3 = x + 1."""
+    plastic = np.roots([1, 0, -1, -1]).real.max()
+    return (0.5 + np.arange(n)[:, None] / plastic ** np.array([1, 2])) % 1
+
+
+@pytest.mark.parametrize("n", [16, 31, 34, 64, 100, 120, 256, 400, 1024])
+def test_low_discrepancy_is_that_of_low_discrepancy_sets_alone(n):
+    owen = qmc.Sobol(2, rng=n).random(1024)[:n]
+    for points in (halton(n, 2, 3), halton(n, 2, 3) + 0.5 / n, hammersley(n), roberts(n), owen, halton(n, 3, 5)):
+        assert not broken("low-discrepancy", points, "square", bounds=(0, 1))
+    uniform = np.random.default_rng(n).random((n, 2)) ** 2
+    for points in (halton(n, 17, 19), halton(n, 29, 31), uniform):
+        assert broken("low-discrepancy", points, "square", bounds=(0, 1))
+
+
+def test_the_limit_of_low_discrepancy_is_2_4_times_that_of_hammersleys_set():
+    for n in (1, 16, 128):
+        (found,) = check_promise("low-discrepancy", hammersley(n), "square", bounds=(0, 1))
+        assert found.limit == pytest.approx(2.4 * found.value, rel=1e-9)
+
+
 def test_every_promise_of_the_registry_is_a_check_that_some_test_here_breaks():
     promised = {promise for methods in METHODS.values() for method in methods.values() for promise in method.promises}
     assert promised <= set(PROMISES)

@@ -19,6 +19,7 @@ from lfssao.rendering.views import Box
 from lfssao.scene.mesh import Mesh
 
 _WIDEST = 50.0  # metres; no screen that scatters light fields is a tenth as wide
+_FARTHEST = 50.0  # widths of a small screen; nobody sees its light field from a tenth as far
 _OURS = r"(module_\d{3,}|camera)\.exr"
 
 
@@ -33,6 +34,24 @@ def of_display(display: Display) -> Iterator[str]:
     if max(display.screen_width, display.screen_height) > _WIDEST:
         size = f"{display.screen_width:g} x {display.screen_height:g}"
         yield f"display {display.name}: its screen is {size} metres large: did you mean millimetres?"
+        return
+    limit = min(_WIDEST, _FARTHEST * max(display.screen_width, display.screen_height))
+    large = [f"{name} is {length:g}" for name, length in _lengths(display) if abs(length) > limit]
+    if large:
+        yield f"display {display.name}: its {', its '.join(large)} metres: did you mean millimetres?"
+
+
+def _lengths(display: Display) -> Iterator[tuple[str, float]]:
+    """Lengths of a display but its screen's size, by their keys in its file, metres; of the modules the largest."""
+    for key, curvature in (("screen", display.screen_curvature), ("observer", display.observer_curvature)):
+        if curvature:
+            yield f"{key}.radius", 1 / abs(curvature)
+    yield "observer.height", display.observer_height
+    yield "observer.distance", -display.observer_z
+    for axis in "xyz":
+        yield f"modules' {axis}", max((getattr(module, axis) for module in display.modules), key=abs)
+    for corner, place in zip(("min", "max"), display.roi, strict=True):
+        yield f"roi.{corner}", max(place, key=abs)
 
 
 def of_radii(mesh: Mesh, views: Sequence[View], settings: Settings, boxes: Sequence[Box]) -> Iterator[str]:

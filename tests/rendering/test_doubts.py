@@ -1,6 +1,7 @@
 """One sentence on what is allowed and probably not meant: on the terminal once, in Python as a warning."""
 
 import itertools
+import re
 import warnings
 from dataclasses import replace
 
@@ -8,10 +9,10 @@ import numpy as np
 import pytest
 
 import lfssao
-from lfssao import Camera, Settings, display_names, display_text, find_display
+from lfssao import Camera, Settings, display_names, display_text, find_display, parse_display
 from lfssao.cli.main import main
-from lfssao.errors import InputWarning
-from lfssao.rendering.doubts import subpixel_radii
+from lfssao.errors import InputError, InputWarning
+from lfssao.rendering.doubts import of_display, subpixel_radii
 from lfssao.rendering.views import module_views
 
 SMALL = ["statue", "--display", "sample-a", "--resolution", "32x24", "--modules", "2:4", "--samples", "1"]
@@ -83,6 +84,43 @@ def test_a_display_in_millimetres(said, tmp_path, capsys):
     assert capsys.readouterr().err == f"lfssao: {sentence}\n"
     with pytest.warns(InputWarning, match="millimetres"):
         lfssao.render("statue", file, Settings((0.1,)))
+
+
+LENGTHS = re.compile(
+    r"(?m)^(?!name|diffuser|shape|layout|count|resolution|angles|field_of_view|yaw|pitch|roll|k1|k2)(\w+) = ([^#\n]+)"
+)
+
+
+@pytest.mark.parametrize("name", ["sample-a", "convex", "picoarray", "c80"])
+def test_one_length_of_a_display_in_millimetres(name):
+    """Each length of its file alone, and each coordinate alone; the display is asked about, or cannot exist."""
+    text, asked = display_text(name), []
+    text = re.sub(r"(?m)^height = 0\.0\b", "height = 0.1", text)
+    text = re.sub(r"(?m)^y = 0\.0\b", "y = 0.1", text)
+    assert not list(of_display(parse_display(text, name)))
+    for line in LENGTHS.finditer(text):
+        for number in re.finditer(r"-?\d+\.?\d*", line[2]):
+            start, end = line.start(2) + number.start(), line.start(2) + number.end()
+            if float(number[0]) == 0:
+                continue
+            try:
+                display = parse_display(f"{text[:start]}{float(number[0]) * 1000}{text[end:]}", name)
+            except InputError:
+                continue
+            (sentence,) = of_display(display)
+            assert sentence.endswith("metres: did you mean millimetres?") or "metres large" in sentence
+            asked.append(line[1])
+    assert len(set(asked)) > 3
+
+
+def test_the_question_names_the_length(said, tmp_path):
+    text = display_text("sample-a")
+    (file := tmp_path / "mine.toml").write_text(text.replace("distance = 2.0", "distance = 2000.0"))
+    sentence = "display sample-a: its observer.distance is 2000 metres: did you mean millimetres?"
+    assert said("render", *FINE, "--display", str(file)) == [sentence]
+    both = parse_display(text.replace("distance = 2.0", "distance = 2000.0").replace("z = 0.7", "z = 700"), "mine")
+    sentence = "its observer.distance is 2000, its modules' z is 700 metres: did you mean millimetres?"
+    assert list(of_display(both)) == [f"display sample-a: {sentence}"]
 
 
 def test_views_that_see_nothing(said, statue):

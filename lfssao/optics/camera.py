@@ -71,12 +71,18 @@ class Camera:
             raise InputError("camera: target lies at the eye, or above or below it along up")
 
     @classmethod
-    def looking_at(cls, box: NDArray[np.float64], projection: str = "perspective") -> "Camera":
-        """A camera before the +Z side of a box, (2, 3) world corners, which shows it with a small margin."""
+    def looking_at(
+        cls, box: NDArray[np.float64], projection: str = "perspective", size: tuple[int, int] = (4, 3)
+    ) -> "Camera":
+        """A camera before the +Z side of a box, (2, 3) world corners, which shows it with a small margin.
+
+        ``size`` is the texture's width and height, texels, or whole numbers of the same ratio.
+        """
         box = box_of("box", box)
+        columns, rows, _ = check_size(*size)
         x, y, z = (0.5 * box[0] + 0.5 * box[1]).tolist()
         width, height, depth = (box[1] - box[0]).tolist()
-        extent = 1.1 * max(height, 0.75 * width, 1e-3 * depth)
+        extent = 1.1 * max(height, rows / columns * width, 1e-3 * depth)
         distance = 2.5 * extent + 0.5 * depth
         before, behind = distance - 0.5 * depth, distance + 0.5 * depth
         if projection == "perspective":  # the box's near face looks larger than its middle
@@ -93,16 +99,18 @@ class Camera:
         target: Vector | None = None,
         up: Vector | None = None,
         fov: float | None = None,
+        size: tuple[int, int] = (4, 3),
     ) -> "Camera":
         """A camera that looks at a scene's box, (2, 3) world corners, from where one wants.
 
         The planes near and far enclose what is in front. Eye, target and up are those of ``Camera``, by default eye and
         target of ``looking_at`` and (0, 1, 0). ``fov`` is the vertical field of view, degrees, above 0 and below 180,
         of a perspective camera; by default that of ``looking_at``, and the extent of that for an orthographic camera.
+        ``size`` is that of ``looking_at``.
         InputError as of ``Camera``, if the field of view is out of range or not of a perspective, or if the whole box
         lies behind the eye.
         """
-        usual = cls.looking_at(box, projection)
+        usual = cls.looking_at(box, projection, size)
         place = {"eye": eye, "target": target, "up": up}
         given: dict[str, Any] = {name: point for name, point in place.items() if point is not None}
         if fov is None and not given:

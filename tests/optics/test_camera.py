@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lfssao import Camera, InputError
+from lfssao.cli.main import main
 from lfssao.optics.kernels import rays
+from lfssao.rendering.exr import read_exr
 from lfssao.testing import cameras
 
 
@@ -19,6 +21,42 @@ def test_a_camera_before_a_deep_box_shows_it_with_a_margin_of_a_twenty_second(pr
     view = Camera.looking_at(box, projection).view(200, 220)
     top, bottom = view.world_to_image(np.array([[0.0, 1.0, 4.0], [0.0, -1.0, 4.0]]))[:, 1]
     assert (top, bottom) == pytest.approx((10, 210), abs=1e-9)
+
+
+SIZES = [(60, 240), (90, 160), (96, 128), (100, 100), (128, 96), (160, 90), (240, 60)]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_a_scene_fills_the_picture_but_for_a_small_margin_at_every_size(projection, size):
+    """Scenes of random vertices, wide and tall ones, and the corners of their boxes: the nearest ones are largest."""
+    random = np.random.default_rng(7)
+    for _ in range(20):
+        vertices = random.normal(0, 3, 3) + random.uniform(-1, 1, (40, 3)) * 10 ** random.uniform(-1, 1, 3)
+        box = np.array([vertices.min(axis=0), vertices.max(axis=0)])
+        view = Camera.looking_at(box, projection, size).view(*size)
+        corners = np.array(np.meshgrid(*box.T)).reshape(3, -1).T
+        inside, whole = (view.world_to_image(points) / [*size, 1] for points in (vertices, corners))
+        for places in (inside, whole):
+            assert places[:, :2].min() > 0.04
+            assert places[:, :2].max() < 0.96
+            assert ((places[:, 2] > 0) & (places[:, 2] < 1)).all()
+        assert np.ptp(whole[:, :2], axis=0).max() == pytest.approx(1 / 1.1)
+        if projection == "orthographic":
+            assert np.ptp(inside[:, :2], axis=0).max() == pytest.approx(1 / 1.1)
+
+
+@pytest.mark.parametrize("size", [(24, 96), (96, 24)])
+def test_the_command_shows_the_whole_scene_in_any_shape(tmp_path, size):
+    """A square of 2 x 2 behind others: its borders are where the picture's are, less the margin."""
+    (tmp_path / "square.obj").write_text("v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n")
+    words = ["--resolution", "x".join(map(str, size)), "--camera", "orthographic", "--layers", "depth"]
+    assert main(["render", str(tmp_path / "square.obj"), *words, "-o", str(tmp_path / "out")]) == 0
+    depth = read_exr(tmp_path / "out" / "camera.exr")["depth"].pixels[..., 0]
+    seen = np.argwhere(np.isfinite(depth))
+    height, width = np.ptp(seen, axis=0) + 1
+    assert abs(height - min(size) / 1.1) <= 1
+    assert abs(width - min(size) / 1.1) <= 1
 
 
 @given(cameras(), st.tuples(*[st.floats(0, 1)] * 3), st.integers(1, 2000), st.integers(1, 2000))

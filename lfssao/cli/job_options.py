@@ -218,7 +218,7 @@ def _views(
         if options.scene == "corner" and place == [None] * 4:
             camera = Camera(options.camera, *TEST_VIEW)
         else:
-            camera = Camera.placed(bounds, options.camera, *place, size=(width, height))
+            camera = Camera.placed(bounds, options.camera, *place, (width, height))
         check_positions(bounds, height / camera.extent)
         return [camera.view(width, height, options.guard)], [()]
     if options.resolution is not None:

@@ -213,12 +213,12 @@ def _views(
 ) -> tuple[list[View], list[tuple[View, ...]]]:
     """The views that are rendered, and for each module those of the modules that it asks."""
     if options.camera is not None:
-        place = [getattr(options, name) for name in _PLACED]
+        place = {name: getattr(options, name) for name in _PLACED}
         width, height = options.resolution or CAMERA_RESOLUTION
-        if options.scene == "corner" and place == [None] * 4:
+        if options.scene == "corner" and set(place.values()) == {None}:
             camera = Camera(options.camera, *TEST_VIEW)
         else:
-            camera = Camera.placed(bounds, options.camera, *place, (width, height))
+            camera = Camera.placed(bounds, options.camera, **place, size=(width, height))
         check_positions(bounds, height / camera.extent)
         return [camera.view(width, height, options.guard)], [()]
     if options.resolution is not None:

@@ -44,11 +44,12 @@ def source_digest() -> str:
 def _cache_folder(chosen: str) -> str:
     """Return the folder of these sources' compiled code: in ``chosen``, else beside them, else in the user's cache.
 
-    chosen: the user's NUMBA_CACHE_DIR, or nothing. Empty where none of these can be written.
+    chosen: the user's NUMBA_CACHE_DIR, or nothing. Empty where none of these can be written. Code that checks its
+    indices, of NUMBA_BOUNDSCHECK=1, has a folder of its own.
     """
-    beside = str(_CORE / "__pycache__")
+    beside, checked = str(_CORE / "__pycache__"), "-checked" if numba.config.BOUNDSCHECK else ""
     for home in (chosen or beside, beside, os.path.expanduser("~/.cache/lfssao")):
-        folder = Path(home, f"kernels-{source_digest()[:16]}")
+        folder = Path(home, f"kernels-{source_digest()[:16]}{checked}")
         try:
             folder.mkdir(parents=True, exist_ok=True)
             tempfile.TemporaryFile(dir=folder).close()

@@ -50,6 +50,14 @@ def test_the_cache_folder_is_named_by_all_kernel_sources():
         assert f"kernels-{digest.hexdigest()[:16]}" in Path(compiled.stats.cache_path).parts
 
 
+def test_code_that_checks_its_indices_is_kept_apart(monkeypatch, tmp_path):
+    """NUMBA_BOUNDSCHECK=1 is no part of numba's own key, and would run the code without checks from the disk."""
+    folder = jit._cache_folder.__wrapped__
+    usual = folder(str(tmp_path))
+    monkeypatch.setattr(numba.config, "BOUNDSCHECK", 1)
+    assert folder(str(tmp_path)) == f"{usual}-checked"
+
+
 def test_a_change_of_a_callee_is_not_hidden_by_the_cache(package, tmp_path):
     """The file that defines algorithm3 does not change, nor does numba's folder for it."""
     copy, env = package

@@ -255,8 +255,14 @@ def _material(source: Paint) -> surface.Material:
     sizes = [(0, 0) if t is None else (t.shape[1], t.shape[0]) for t in source.textures]
     first = np.cumsum([0, *(w * h for w, h in sizes)])[:-1]
     table = np.array([(f, w, h) for f, (w, h) in zip(first, sizes, strict=True)], np.int64)
-    images = [t.reshape(-1, 3) for t in source.textures if t is not None]
-    texels = np.concatenate(images) if images else np.zeros((0, 3), np.float32)
-    colors = np.zeros((0, 3), np.float32) if source.vertex_colors is None else source.vertex_colors
+    images = [np.zeros((0, 3), np.float32), *(t.reshape(-1, 3) for t in source.textures if t is not None)]
+    colors = np.zeros((0, 3)) if source.vertex_colors is None else source.vertex_colors
     uv = np.zeros((0, 2)) if source.uv is None else source.uv
-    return surface.Material(source.factors, source.face_material, colors, uv, table, texels)
+    return surface.Material(
+        factors=np.ascontiguousarray(source.factors, np.float32),
+        of_face=np.ascontiguousarray(source.face_material, np.int32),
+        vertex_colors=np.ascontiguousarray(colors, np.float32),
+        uv=np.ascontiguousarray(uv, np.float64),
+        textures=table,
+        texels=np.ascontiguousarray(np.concatenate(images), np.float32),
+    )

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from lfssao.core.affine import Matrix, determinant, invert_affine
 from lfssao.core.arguments import MOST_TEXELS, as_numbers, check_unmasked, check_whole
-from lfssao.errors import InputError, check_choice, shown
+from lfssao.errors import InputError, check_choice, check_type, shown
 from lfssao.optics import lens as optics
 from lfssao.optics.kernels.display import NEVER, DisplayModule
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, Projection, Slits, land
@@ -287,6 +287,18 @@ class View:
 
     def __post_init__(self) -> None:
         check_size(self.width, self.height, self.guard)
+        check_type("world_to_image", self.world_to_image, WorldToImage)
+        shapes: dict[str, tuple[int, ...]] = {
+            "lens": (32 if self.world_to_image.kind == DISPLAY else 8,),
+            "cast_from_world": (3, 4),
+            "world_from_cast": (3, 4),
+        }
+        if self.screen_to_world is not None:
+            shapes["screen_to_world"] = (4, 4)
+        for name, shape in shapes.items():  # kernels read them unchecked
+            found = as_numbers(name, getattr(self, name)).shape
+            if found != shape:
+                raise InputError(f"{name} has shape {found}, expected {shape}")
 
     @property
     def rays(self) -> Rays:

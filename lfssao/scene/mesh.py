@@ -16,6 +16,9 @@ FloatArray = NDArray[np.float64]
 LARGEST = 1e30
 SMALLEST = 1e-30
 
+# Texture coordinates are cut to whole numbers of 64 bits; here float64 still tells 2^22 texels apart.
+LARGEST_UV = 2.0**31
+
 
 @dataclass(frozen=True, eq=False)
 class Paint:
@@ -174,6 +177,8 @@ def _check_paint(name: str, paint: Paint, vertices: int, faces: NDArray[np.integ
         numbers = as_numbers(f"{name}: {field}", value)
         if numbers.shape != shape:
             raise InputError(f"{name}: {field} has shape {numbers.shape}, expected {shape}")
+        if field != "uv" and not np.isfinite(numbers).all():
+            raise InputError(f"{name}: {field} has a number that is not finite")
     named = paint.face_material
     if not np.issubdtype(named.dtype, np.integer) or named.min() < 0 or named.max() >= materials:
         raise InputError(f"{name}: face_material is {shown(named)}, it must be whole numbers below {materials}")
@@ -184,9 +189,11 @@ def _check_paint(name: str, paint: Paint, vertices: int, faces: NDArray[np.integ
         shape = as_numbers(f"{name}: texture {number}", texture).shape
         if len(shape) != 3 or shape[2] != 3 or 0 in shape or paint.uv is None:
             raise InputError(f"{name}: texture {number} has shape {shape}, expected (h, w, 3), and uv with it")
+        if not (np.isfinite(texture.min()) and np.isfinite(texture.max())):
+            raise InputError(f"{name}: texture {number} has a number that is not finite")
     painted = faces[np.array([texture is not None for texture in paint.textures])[named]]
-    if paint.uv is not None and not np.isfinite(paint.uv[painted]).all():
-        raise InputError(f"{name}: a texture coordinate is not finite")
+    if paint.uv is not None and not (np.abs(paint.uv[painted].astype(np.float64)) <= LARGEST_UV).all():
+        raise InputError(f"{name}: a texture coordinate is not finite, or beyond {LARGEST_UV:g}")
 
 
 def _has_area(vertices: FloatArray, faces: NDArray[np.int32]) -> NDArray[np.bool_]:

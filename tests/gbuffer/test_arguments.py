@@ -5,6 +5,7 @@ import pytest
 from refusals import is_refused
 
 import lfssao
+from lfssao.scene.mesh import Paint
 
 MESH, DISPLAY = lfssao.builtin_scene("corner"), lfssao.find_display("virtual").with_resolution(8, 6)
 (VIEW,) = lfssao.module_views(MESH, DISPLAY)
@@ -36,3 +37,22 @@ def test_what_is_right_in_another_type_is_taken():
     right = CASTER.gbuffer(VIEW).depth
     assert np.array_equal(caster.gbuffer(VIEW).depth, right)
     assert np.array_equal(caster.gbuffer(VIEW, rows=range(2, 5)).depth[2:5], right[2:5])
+
+
+def test_paint_in_other_types_has_the_same_colors():
+    vertices, faces = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    texture = np.random.default_rng(3).random((4, 4, 3)).astype(np.float16)
+    colors, uv = np.float16([[1, 0, 0.5]] * 4), np.float32([[0, 0], [1, 0], [1, 1], [0, 1]])
+    paints = [
+        Paint(np.ones((1, 3), kind), np.zeros(2, whole), (texture.astype(kind),), uv.astype(kind), colors.astype(kind))
+        for kind, whole in ((np.float32, np.int32), (np.float16, np.uint8), (">f8", ">i8"))
+    ]
+    view = lfssao.Camera.looking_at(np.array([[-1.0, -1, 0], [1, 1, 0]])).view(12, 9)
+    right, *others = (
+        lfssao.RayCaster(lfssao.Mesh(vertices, faces, paint), view.cast_from_world).gbuffer(view).color
+        for paint in paints
+    )
+    assert len(np.unique(right)) > 50
+    for other in others:
+        assert other.dtype == np.float32
+        assert np.array_equal(other, right)

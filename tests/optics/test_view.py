@@ -26,6 +26,21 @@ def test_mappings_beyond_float32_are_refused(factor):
         mapping.as_type(np.float32)
 
 
+@pytest.mark.parametrize(("field", "value", "words"), [
+    ("lens", np.zeros(7), r"lens has shape \(7,\), expected \(8,\)"),
+    ("lens", np.zeros(32), r"lens has shape \(32,\), expected \(8,\)"),
+    ("lens", "lens", "lens is .*, expected numbers"),
+    ("cast_from_world", np.eye(4), r"cast_from_world has shape \(4, 4\), expected \(3, 4\)"),
+    ("world_from_cast", np.eye(3), r"world_from_cast has shape \(3, 3\), expected \(3, 4\)"),
+    ("screen_to_world", np.eye(3, 4), r"screen_to_world has shape \(3, 4\), expected \(4, 4\)"),
+    ("world_to_image", find_display("convex").view(0, np.eye(3, 4)).world_to_image, r"lens .*, expected \(32,\)"),
+    ("world_to_image", np.eye(4), "world_to_image is"),
+])  # fmt: skip
+def test_a_view_whose_numbers_a_kernel_would_read_beyond_their_end_is_refused(field, value, words):
+    with pytest.raises(InputError, match=words):
+        replace(CAMERA.view(8, 6), **{field: value})
+
+
 # Mappings of one's own
 
 WORLD = np.array([[0.5, 0.1, 0.0, -0.1], [-0.1, 0.45, 0.05, 0.01], [0.0, 0.1, -0.6, 0.05]])

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.ssao import Occlusion, run_kernel, scaled_offsets
-from lfssao.ao.textures import Texture, check_texture
+from lfssao.ao.textures import Texture, check_fit, check_texture
 from lfssao.errors import InputError, check_type, shown
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
@@ -56,15 +56,20 @@ def algorithm2_with_neighbours(
     module's own texture.
 
     neighbours: mapping and depth texture, (H_k, W_k) of depth's dtype, of each other module; all else as for
-    ``algorithm2``. Raises InputError if all have 2^31 texels.
+    ``algorithm2``. Raises InputError as that, and if a neighbour is none or all have 2^31 texels.
     """
     from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction  # late: the default does not need it
 
+    check_type("world_to_image", world_to_image, WorldToImage)
+    check_texture("depth", depth, 2)
+    check_fit("positions", positions, depth, 3)
     for number, neighbour in enumerate(neighbours):
         if not isinstance(neighbour, tuple | list) or len(neighbour) != 2:
             raise InputError(f"neighbour {number} is {shown(neighbour)}, it must be a mapping and a depth texture")
         check_type(f"mapping of neighbour {number}", neighbour[0], WorldToImage)
         check_texture(f"depth of neighbour {number}", neighbour[1], 2)
+        if neighbour[1].dtype != depth.dtype:
+            raise InputError(f"depth of neighbour {number} is of {neighbour[1].dtype}, expected {depth.dtype}")
     views = [(world_to_image, depth), *neighbours]
     numbers = np.zeros((len(views), 44), depth.dtype)  # as many as kind DISPLAY has
     for row, (mapping, _) in zip(numbers, views, strict=True):

@@ -104,6 +104,19 @@ def test_more_texels_than_numbers_of_32_bits_are_refused():
         neighbours.algorithm2_with_neighbours(depth, positions, mapping, others, np.ones((1, 3)), 1.0)
 
 
+def test_textures_that_do_not_fit_each_other_are_refused():
+    mapping, depth, positions = card_before_a_wall(10)
+    samples = np.ones((1, 3))
+    for changed, words in (
+        ((depth, positions[1:], mapping, []), "positions: .*, expected"),
+        ((depth[0], positions, mapping, []), "depth has shape"),
+        ((depth, positions, None, []), "world_to_image is"),
+        ((depth, positions, mapping, [(mapping, depth.astype(np.float64))]), "depth of neighbour 0 is of float64"),
+    ):
+        with pytest.raises(InputError, match=words):
+            neighbours.algorithm2_with_neighbours(*changed, samples, 0.1)
+
+
 @both
 def test_texels_without_a_surface_have_no_samples_wherever_they_are_said_to_be(dtype):
     """Positions mean nothing where depth is infinite: renderers may leave there what was there before."""

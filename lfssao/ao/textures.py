@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.arguments import check_unmasked
+from lfssao.core.arguments import MOST_TEXELS, check_unmasked
 from lfssao.errors import InputError, check_type
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.kernels.rays import write_directions
@@ -91,6 +91,8 @@ def check_texture(name: str, texture: Texture, dimensions: int) -> None:
         raise InputError(f"{name} is of {kind}, expected an array of float32 or float64")
     if texture.ndim != dimensions or 0 in texture.shape:
         raise InputError(f"{name} has shape {texture.shape}, expected {dimensions} dimensions and no empty one")
+    if dimensions == 2 and texture.size > MOST_TEXELS:
+        raise InputError(f"{name} has {texture.size} texels, a texture has at most {MOST_TEXELS}")
     check_unmasked(name, texture)
     if np.isnan(texture.min()):  # the fastest pass in which a NaN stays
         place = np.argwhere(np.isnan(texture))[0].tolist()

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError, shown
 
-MOST_TEXELS = 2**31 - 1  # along a side of a texture: kernels count columns and rows in 32 bits
+MOST_TEXELS = 2**31 - 1  # of a texture, and along its sides: kernels count them in 32 bits
 MOST_SEED = 2**64 - 1
 
 

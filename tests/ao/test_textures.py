@@ -16,6 +16,7 @@ DEPTH, PLACES = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
     ((DEPTH, PLACES.astype(np.float64)), "positions"),
     ((DEPTH, PLACES, PLACES[..., :2]), "normals"),
     (([[0.0]], PLACES), "depth is of list"),
+    ((np.broadcast_to(np.float32(0), (2**16, 2**15)), PLACES), "depth has 2147483648 texels, a texture has at most"),
 ])  # fmt: skip
 def test_textures_that_do_not_fit_are_refused(textures, words):
     with pytest.raises(InputError, match=words):

@@ -19,7 +19,7 @@ from lfssao.gbuffer.kernels import first_hit, surface
 from lfssao.optics.kernels.rays import make_rays
 from lfssao.optics.view import View, finite_numbers
 from lfssao.scene.builtin import find_scene
-from lfssao.scene.mesh import Mesh, Paint
+from lfssao.scene.mesh import Mesh, Paint, samplers_of
 
 # Rays that one thread hands to Embree at a time: long enough to hide the call, short enough to share the work.
 _CHUNK = 65_536
@@ -27,6 +27,7 @@ _CHUNK = 65_536
 COLOR_FILTERS = ("bilinear", "nearest")
 NORMALS = ("geometric", "smooth")
 CASTERS = ("exact", "embree")
+_WRAPS = {"repeat": surface.REPEAT, "mirror": surface.MIRROR, "clamp": surface.CLAMP}
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,11 +252,16 @@ def _texture(view: View, rows: range, nothing: float, *channels: int, dtype: DTy
 
 
 def _material(source: Paint) -> surface.Material:
-    """A mesh's paint as the arrays that the kernel takes."""
-    sizes = [(0, 0) if t is None else (t.shape[1], t.shape[0]) for t in source.textures]
-    first = np.cumsum([0, *(w * h for w, h in sizes)])[:-1]
-    table = np.array([(f, w, h) for f, (w, h) in zip(first, sizes, strict=True)], np.int64)
-    images = [np.zeros((0, 3), np.float32), *(t.reshape(-1, 3) for t in source.textures if t is not None)]
+    """A mesh's paint as the arrays that the kernel takes; an image of several materials is there once."""
+    images = {id(t): t for t in source.textures if t is not None}
+    ends = np.cumsum([0, *(t.shape[0] * t.shape[1] for t in images.values())])
+    first = dict(zip(images, ends, strict=False))
+    table = np.zeros((len(source.textures), 6), np.int64)
+    for row, texture, (u, v, nearest) in zip(table, source.textures, samplers_of(source), strict=True):
+        if texture is not None:
+            size = texture.shape[1], texture.shape[0]
+            row[:] = first[id(texture)], *size, _WRAPS[u], _WRAPS[v], nearest
+    texels = np.concatenate([np.zeros((0, 3), np.float32), *(t.reshape(-1, 3) for t in images.values())])
     colors = np.zeros((0, 3)) if source.vertex_colors is None else source.vertex_colors
     uv = np.zeros((0, 2)) if source.uv is None else source.uv
     return surface.Material(
@@ -264,5 +270,5 @@ def _material(source: Paint) -> surface.Material:
         vertex_colors=np.ascontiguousarray(colors, np.float32),
         uv=np.ascontiguousarray(uv, np.float64),
         textures=table,
-        texels=np.ascontiguousarray(np.concatenate(images), np.float32),
+        texels=np.ascontiguousarray(texels, np.float32),
     )

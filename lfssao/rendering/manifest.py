@@ -39,7 +39,9 @@ def describe_scene(mesh: Mesh) -> dict[str, Any]:
     paint, sums = mesh.paint, None
     if paint is not None:
         arrays = [paint.factors, paint.face_material, paint.uv, paint.vertex_colors, *paint.textures]
-        sums = [None if array is None else [list(array.shape), digest(array)] for array in arrays]
+        digests = {key: digest(array) for key, array in {id(a): a for a in arrays if a is not None}.items()}
+        sums = [None if array is None else [list(array.shape), digests[id(array)]] for array in arrays]
+        sums += [] if paint.samplers is None else [paint.samplers]
     return {
         "name": mesh.name,
         "vertices": len(mesh.vertices),

@@ -11,6 +11,10 @@ from lfssao.core.arguments import as_numbers, check_whole
 from lfssao.errors import InputError, check_type, shown
 
 FloatArray = NDArray[np.float64]
+Sampler = tuple[str, str, bool]
+
+WRAPS = ("repeat", "mirror", "clamp")
+REPEATED: Sampler = ("repeat", "repeat", False)
 
 # Positions are float32 in the textures, 1e-38 to 3.4e38; products and quotients on the way to them need room.
 LARGEST = 1e30
@@ -31,11 +35,15 @@ class Paint:
     face_material : (F,) int32
         The material of each face.
     textures : tuple of M arrays or None
-        (h, w, 3) float32 linear, row 0 at v = 1; None where a material has none. Repeated outside [0, 1).
+        (h, w, 3) float32 linear, row 0 at v = 1; None where a material has none.
     uv : (V, 2) float64 or None
         Texture coordinates, v upwards; needed where a material has a texture.
     vertex_colors : (V, 3) float32 or None
         Linear RGB, 0 to 1.
+    samplers : tuple of M tuples (str, str, bool) or None
+        How a texture goes on outside of [0, 1) along u and v: "repeat", "mirror" (every other tile is turned) or
+        "clamp" (the outermost texels go on); and whether it is read at the nearest texel even if a view's textures
+        are read between four. None: all are repeated, and read as the view says.
 
     Examples
     --------
@@ -48,6 +56,7 @@ class Paint:
     textures: tuple[NDArray[np.float32] | None, ...]
     uv: FloatArray | None = None
     vertex_colors: NDArray[np.float32] | None = None
+    samplers: tuple[Sampler, ...] | None = None
 
     @classmethod
     def from_vertex_colors(cls, colors: NDArray[np.float32], face_count: int) -> "Paint":
@@ -59,6 +68,11 @@ class Paint:
             textures=(None,),
             vertex_colors=np.ascontiguousarray(as_numbers("colors", colors), np.float32),
         )
+
+
+def samplers_of(paint: Paint) -> tuple[Sampler, ...]:
+    """How the texture of each material is read, also where the paint does not say."""
+    return (REPEATED,) * len(paint.textures) if paint.samplers is None else paint.samplers
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,9 +205,26 @@ def _check_paint(name: str, paint: Paint, vertices: int, faces: NDArray[np.integ
             raise InputError(f"{name}: texture {number} has shape {shape}, expected (h, w, 3), and uv with it")
         if not (np.isfinite(texture.min()) and np.isfinite(texture.max())):
             raise InputError(f"{name}: texture {number} has a number that is not finite")
+    _check_samplers(name, paint)
     painted = faces[np.array([texture is not None for texture in paint.textures])[named]]
     if paint.uv is not None and not (np.abs(paint.uv[painted].astype(np.float64)) <= LARGEST_UV).all():
         raise InputError(f"{name}: a texture coordinate is not finite, or beyond {LARGEST_UV:g}")
+
+
+def _check_samplers(name: str, paint: Paint) -> None:
+    samplers = samplers_of(paint)
+    if not isinstance(samplers, tuple | list) or len(samplers) != len(paint.textures):
+        raise InputError(f"{name}: samplers is {shown(samplers)}, expected one for each of {len(paint.textures)} textures")
+    for number, sampler in enumerate(samplers):
+        if not (
+            isinstance(sampler, tuple | list)
+            and len(sampler) == 3
+            and all(isinstance(wrap, str) and wrap in WRAPS for wrap in sampler[:2])
+            and isinstance(sampler[2], bool)
+        ):
+            raise InputError(
+                f"{name}: sampler {number} is {shown(sampler)}, expected two of {', '.join(WRAPS)} and a bool"
+            )
 
 
 def _has_area(vertices: FloatArray, faces: NDArray[np.int32]) -> NDArray[np.bool_]:

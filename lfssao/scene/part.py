@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from lfssao.core.affine import cofactors, transform_points
 from lfssao.errors import InputError
-from lfssao.scene.mesh import FloatArray, Paint
+from lfssao.scene.mesh import REPEATED, FloatArray, Paint, Sampler
 
 
 def _white() -> NDArray[np.float32]:
@@ -20,7 +20,8 @@ class Part:
     """Triangles of a mesh file with one material; colours are linear RGB.
 
     vertices: (V, 3) float64. faces: (F, 3) int64. normals: (V, 3) float64. uv: (V, 2) float64, v upwards.
-    vertex_colors: (V, 3) float32. factor: (3,) float32. image: (h, w, 3) float32, row 0 at v = 1.
+    vertex_colors: (V, 3) float32. factor: (3,) float32. image: (h, w, 3) float32, row 0 at v = 1. sampler: how the
+    image is read (``Paint.samplers``).
     """
 
     vertices: FloatArray
@@ -30,6 +31,7 @@ class Part:
     vertex_colors: NDArray[np.float32] | None = None
     factor: NDArray[np.float32] = field(default_factory=_white)
     image: NDArray[np.float32] | None = None
+    sampler: Sampler = REPEATED
 
     @property
     def colored(self) -> bool:
@@ -94,4 +96,5 @@ def _join_paint(parts: list[Part]) -> Paint | None:
         textures=tuple(part.image for part in parts),
         uv=None if all(part.uv is None for part in parts) else np.concatenate(uv),
         vertex_colors=None if all(part.vertex_colors is None for part in parts) else np.concatenate(colors),
+        samplers=None if all(part.sampler == REPEATED for part in parts) else tuple(part.sampler for part in parts),
     )

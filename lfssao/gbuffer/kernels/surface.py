@@ -108,23 +108,50 @@ class Material(NamedTuple):
     of_face: Any  # (F,) int32: the material of each face
     vertex_colors: Any  # (V, 3) float32: linear RGB at the vertices; (0, 3) where there is none
     uv: Any  # (V, 2) float64: texture coordinates; (0, 2) where there are none
-    textures: Any  # (M, 3) int64: first texel, width and height of each material's texture; width 0 where it has none
+    # (M, 6) int64 of each material's texture: first texel, width, height, how it goes on along u and v, 1 for the
+    # nearest texel; width 0 where it has none
+    textures: Any
     texels: Any  # (T, 3) float32: all textures, one behind the other, row by row
 
 
-@kernel
-def sample_texture(texels, first, wide, high, u, v, channel):
-    """One channel of a texture at (u, v), bilinear between texel centres, repeated outside [0, 1).
+# How a texture goes on outside of [0, 1), an axis at a time.
+REPEAT, MIRROR, CLAMP = 0, 1, 2
 
-    texels: (n, 3) float32, the texture's ``high`` rows from number ``first`` on, row 0 at v = 1. Order: along u in
-    the upper row, in the lower row, then along v; each a + (b - a) f, in float64.
+
+@kernel
+def into_period(t, wrap):
+    """A texture coordinate moved to where the texture has the same value: to [0, 1), [0, 2) or [0, 1]."""
+    if wrap == REPEAT:
+        return t - floor(t)
+    if wrap == MIRROR:
+        return t - 2.0 * floor(0.5 * t)
+    return min(max(t, 0.0), 1.0)
+
+
+@kernel
+def texel_of(number, size, wrap):
+    """The texel, 0 to size - 1, that stands at a number along an axis, which may lie outside."""
+    if wrap == REPEAT:
+        return number % size
+    if wrap == MIRROR:
+        place = number % (2 * size)
+        return min(place, 2 * size - 1 - place)
+    return min(max(number, 0), size - 1)
+
+
+@kernel
+def sample_texture(texels, first, wide, high, u, v, channel, wrap_u=REPEAT, wrap_v=REPEAT):
+    """One channel of a texture at (u, v), bilinear between texel centres.
+
+    texels: (n, 3) float32, the texture's ``high`` rows from number ``first`` on, row 0 at v = 1. wrap_u, wrap_v: how
+    it goes on outside. Order: along u in the upper row, in the lower row, then along v; each a + (b - a) f, in float64.
     """
-    x = (u - floor(u)) * wide - 0.5
-    y = (1.0 - (v - floor(v))) * high - 0.5
+    x = into_period(u, wrap_u) * wide - 0.5
+    y = (1.0 - into_period(v, wrap_v)) * high - 0.5
     column, row = floor(x), floor(y)
     fx, fy = x - column, y - row
-    left, right = column % wide, (column + 1) % wide  # textures repeat
-    top, bottom = first + (row % high) * wide, first + ((row + 1) % high) * wide
+    left, right = texel_of(column, wide, wrap_u), texel_of(column + 1, wide, wrap_u)
+    top, bottom = first + texel_of(row, high, wrap_v) * wide, first + texel_of(row + 1, high, wrap_v) * wide
     a, b = np.float64(texels[top + left, channel]), np.float64(texels[top + right, channel])
     c, d = np.float64(texels[bottom + left, channel]), np.float64(texels[bottom + right, channel])
     upper = a + (b - a) * fx
@@ -133,10 +160,11 @@ def sample_texture(texels, first, wide, high, u, v, channel):
 
 
 @kernel
-def nearest_sample(texels, first, wide, high, u, v, channel):
+def nearest_sample(texels, first, wide, high, u, v, channel, wrap_u=REPEAT, wrap_v=REPEAT):
     """One channel of a texture at (u, v): the texel that it lies in; arguments of sample_texture."""
-    column = min(int((u - floor(u)) * wide), wide - 1)
-    row = min(int((1.0 - (v - floor(v))) * high), high - 1)
+    x, y = into_period(u, wrap_u) * wide, (1.0 - into_period(v, wrap_v)) * high
+    column = min(floor(x), wide - 1) if wrap_u == REPEAT else texel_of(floor(x), wide, wrap_u)
+    row = min(floor(y), high - 1) if wrap_v == REPEAT else texel_of(floor(y), high, wrap_v)
     return np.float64(texels[first + row * wide + column, channel])
 
 
@@ -145,9 +173,9 @@ def write_albedo(begin, stop, triangle, weights, faces, material, nearest, rgb):
     """Write the diffuse colour of every texel, (H, W, 3) float32 linear RGB; 0 where there is no surface.
 
     triangle, weights: (H, W) int32 and (H, W, 2) float64, as of ``points_on_triangles``. faces: (F, 3) int32. nearest:
-    textures are read at the nearest texel and not between four.
+    all textures are read at the nearest texel, not only those that ask for it.
     """
-    colors, uv, texels = material.vertex_colors, material.uv, material.texels
+    colors, uv, textures, texels = material.vertex_colors, material.uv, material.textures, material.texels
     for j in range(begin, stop):
         for i in range(triangle.shape[1]):
             face = triangle[j, i]
@@ -155,15 +183,16 @@ def write_albedo(begin, stop, triangle, weights, faces, material, nearest, rgb):
                 rgb[j, i, 0], rgb[j, i, 1], rgb[j, i, 2] = 0, 0, 0
                 continue
             b, c, number = weights[j, i, 0], weights[j, i, 1], material.of_face[face]
-            first, wide, high = material.textures[number, 0], material.textures[number, 1], material.textures[number, 2]
+            first, wide, high = textures[number, 0], textures[number, 1], textures[number, 2]
+            wrap_u, wrap_v, close = textures[number, 3], textures[number, 4], nearest or textures[number, 5] != 0
             for channel in range(3):
                 value = np.float64(material.factors[number, channel])
                 if colors.shape[0] > 0:
                     value *= interpolate(colors, faces, face, b, c, channel)
                 if wide > 0:
                     u, v = interpolate(uv, faces, face, b, c, 0), interpolate(uv, faces, face, b, c, 1)
-                    if nearest:
-                        value *= nearest_sample(texels, first, wide, high, u, v, channel)
+                    if close:
+                        value *= nearest_sample(texels, first, wide, high, u, v, channel, wrap_u, wrap_v)
                     else:
-                        value *= sample_texture(texels, first, wide, high, u, v, channel)
+                        value *= sample_texture(texels, first, wide, high, u, v, channel, wrap_u, wrap_v)
                 rgb[j, i, channel] = value

@@ -39,11 +39,11 @@ def determinant(affine: ArrayLike) -> float:
 
 
 def cofactors(affine: ArrayLike) -> Matrix:
-    """Cofactor matrix, (3, 3), of the linear part of an affine map: it turns normals as the map turns surfaces."""
-    m = np.asarray(affine, np.float64)[:3, :3]
-    a, b = m[[1, 2, 0]], m[[2, 0, 1]]
+    """Cofactor matrix, (..., 3, 3), of the linear part of affine maps: it turns normals as a map turns surfaces."""
+    m = np.asarray(affine, np.float64)[..., :3, :3]
+    a, b = m[..., [1, 2, 0], :], m[..., [2, 0, 1], :]
     # As np.cross, which takes three times as long and searches for changed displays invert many.
-    return np.asarray(a[:, [1, 2, 0]] * b[:, [2, 0, 1]] - a[:, [2, 0, 1]] * b[:, [1, 2, 0]])
+    return np.asarray(a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]])
 
 
 def invert_affine(affine: ArrayLike) -> Matrix:

@@ -36,12 +36,13 @@ def short_digest(value: Any) -> str:
 
 def describe_scene(mesh: Mesh) -> dict[str, Any]:
     """Name, sizes and digests of a mesh, one digest of all arrays of its colours."""
-    paint, sums = mesh.paint, None
+    paint = mesh.paint
+    sums: list[Any] | None = None
     if paint is not None:
         arrays = [paint.factors, paint.face_material, paint.uv, paint.vertex_colors, *paint.textures]
         digests = {key: digest(array) for key, array in {id(a): a for a in arrays if a is not None}.items()}
         sums = [None if array is None else [list(array.shape), digests[id(array)]] for array in arrays]
-        sums += [] if paint.samplers is None else [paint.samplers]
+        sums += [] if paint.samplers is None else [paint.samplers]  # as before where nothing but repeats
     return {
         "name": mesh.name,
         "vertices": len(mesh.vertices),

@@ -1,8 +1,9 @@
 """Files that a mesh file names, and whatever else it makes its reader take memory for."""
 
 import io
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import unquote
 
 import numpy as np
@@ -14,6 +15,7 @@ from lfssao.core.memory import check_expansion
 from lfssao.errors import InputError
 
 _NOT_IMAGES = (".mtl", ".bin")
+Decoded = TypeVar("Decoded")
 
 
 class Assets:
@@ -34,28 +36,47 @@ class Assets:
         """Content of a file that the mesh file names; text as UTF-8. trimesh goes on without it silently."""
         ending = Path(name.strip()).suffix.lower()
         try:
-            data = self._content(name.strip().replace("\\", "/"))  # paths from Windows
+            data = self.read(name)
         except FileNotFoundError:
             self._missing[name] = "is not there"
             raise
         except Exception as error:
             self._missing[name] = f"cannot be read ({reason_of(Path(name), error)})"
             raise
-        self._held += len(data)
         if ending not in _NOT_IMAGES:
             self.try_image(name, data)
         return as_utf8(data) if ending == ".mtl" else data
 
     __getitem__ = get
 
-    def _content(self, name: str) -> bytes:
+    def read(self, name: str) -> bytes:
+        """Content of a file that the mesh file names; FileNotFoundError or InputError if it cannot be read."""
+        name = name.strip().replace("\\", "/")  # paths from Windows
         folder = self._path.absolute().parent.resolve()
         for candidate in (name, unquote(name), name.lstrip("/"), Path(name).name):  # a path of another machine, too
             file = (folder / candidate).resolve()
             if file.is_relative_to(folder) and file.exists() and not file.is_dir():
                 check_file(file)
-                return file.read_bytes()
+                data = file.read_bytes()
+                self._held += len(data)
+                return data
         raise FileNotFoundError(f"there is no '{name}' in its folder")
+
+    def image(self, name: str, data: bytes | None, decode: Callable[[Any], Decoded]) -> Decoded:
+        """An image that the mesh file names, or of these bytes, as ``decode`` makes it of Pillow's.
+
+        InputError if it cannot be read, or if images take too much memory together.
+        """
+        try:
+            with Image.open(io.BytesIO(self.read(name) if data is None else data)) as image:
+                check_expansion("its texels", bytes_of(image), self._held)
+                self.check_texture(image)
+                return decode(image)
+        except FileNotFoundError:
+            problem = "is not there"
+        except Exception as error:  # each of Pillow's readers has errors of its own
+            problem = f"cannot be read ({reason_of(Path(name), error)})"
+        raise InputError(f"{self._path}: it names the image '{name}', which {problem}")
 
     def try_image(self, name: str, data: bytes) -> None:
         """Remember an image that cannot be read."""

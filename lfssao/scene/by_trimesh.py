@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from trimesh.exchange.load import mesh_loaders
 from trimesh.visual.color import to_rgba
 from trimesh.visual.material import empty_material
@@ -16,14 +15,12 @@ from lfssao.core.srgb import to_linear
 from lfssao.errors import InputError
 from lfssao.scene.assets import Assets, reason_of
 from lfssao.scene.formats import CHECKS, readable
-from lfssao.scene.gltf import check_gltf
 from lfssao.scene.images import texture
 from lfssao.scene.part import Part
 
 # Its warnings are for whoever listens to them, and none of Python's handlers of last resort.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
-_GLTF = (".glb", ".gltf")
 _ARCHIVES = ("3mf", "3dxml", "zae")  # trimesh would expand them to any size, if lxml is there
 
 
@@ -33,8 +30,6 @@ def read_by_trimesh(path: Path, data: bytes, assets: Assets) -> list[Part]:
     kind = ending[1:]
     data = readable(ending, data)
     declared = CHECKS[ending](path, data) if ending in CHECKS else 0
-    if ending in _GLTF:
-        check_gltf(path, data, assets)
     if kind not in mesh_loaders or kind in _ARCHIVES:
         raise InputError(f"{path}: it cannot be read as a mesh (files ending in '{path.suffix}' have no reader)")
     # process=False: trimesh would merge vertices and renumber faces.
@@ -68,7 +63,7 @@ def _part(path: Path, mesh: Any, normals: Any, assets: Assets) -> Part:
     if visual.kind == "texture":
         _take_texture(path, part, visual, assets)
     elif visual.kind == "vertex":
-        part.vertex_colors = _linear_colors(path, visual.vertex_colors)
+        part.vertex_colors = to_linear(to_rgba(visual.vertex_colors)[:, :3])
     elif visual.kind == "face" and ((part.faces >= 0) & (part.faces < len(part.vertices))).all():
         part.color_faces(to_linear(np.asarray(visual.face_colors)[:, :3]))
     return part
@@ -79,20 +74,14 @@ def _take_texture(path: Path, part: Part, visual: Any, assets: Assets) -> None:
         part.uv = np.zeros((len(visual.uv), 2))  # OBJ may leave v out, which is then 0
         part.uv[:, : visual.uv.shape[1]] = visual.uv[:, :2]
     material = visual.material
-    found = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    found = getattr(material, "image", None)
     if found == empty_material().image:  # the grey one that trimesh makes for a file that names none
         found = None
     if assets.given is None and found is not None:
         _take_image(path, part, found, assets)
-    factor = getattr(material, "baseColorFactor", None)
-    if factor is not None:  # glTF's factor is linear, but trimesh keeps it as 8-bit numbers
-        part.factor = np.asarray(factor, np.float32)[:3] / np.float32(255)
     # trimesh makes up a grey for a material without Kd; what the file said is in kwargs.
-    elif found is None and "kd" in getattr(material, "kwargs", {}):
+    if found is None and "kd" in getattr(material, "kwargs", {}):
         part.factor = to_linear(np.asarray(material.diffuse, np.uint8)[:3])
-    colors = visual.vertex_attributes.get("color")  # where glTF has a material and colours at the vertices
-    if colors is not None and len(colors) == len(part.vertices):
-        part.vertex_colors = _linear_colors(path, colors)
 
 
 def _take_image(path: Path, part: Part, found: Any, assets: Assets) -> None:
@@ -105,11 +94,3 @@ def _take_image(path: Path, part: Part, found: Any, assets: Assets) -> None:
     except Exception as error:  # Pillow decodes late: a broken image is noticed only here
         reason = reason_of(path, error)
         raise InputError(f"{path}: its texture cannot be read as an image ({reason})") from error
-
-
-def _linear_colors(path: Path, colors: Any) -> NDArray[np.float32]:
-    """Linear RGB of vertex colours: glTF's are linear, those of other formats are sRGB codes."""
-    codes: NDArray[np.uint8] = to_rgba(np.array(colors))[:, :3]
-    if path.suffix.lower() in _GLTF:
-        return codes.astype(np.float32) / np.float32(255)
-    return to_linear(codes)

@@ -28,6 +28,14 @@ def read_image(path: Path) -> NDArray[np.float32]:
         raise InputError(f"{path}: it cannot be read as an image ({reason_of(path, error)})") from error
 
 
+def opacity(image: Any) -> NDArray[np.float32] | None:
+    """Opacity of a Pillow image, (h, w), 0 to 1; None where it is opaque."""
+    if not image.has_transparency_data:
+        return None
+    alpha = np.asarray(image.convert("RGBA"))[..., 3]
+    return None if (alpha == 255).all() else alpha.astype(np.float32) / np.float32(255)
+
+
 def texture(image: Any) -> NDArray[np.float32]:
     """Pixels of a Pillow image as (h, w, 3) linear RGB; transparency is left out."""
     if image.mode in ("I", "F"):

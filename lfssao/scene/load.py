@@ -8,12 +8,13 @@ from lfssao.core.files import check_file
 from lfssao.errors import InputError, check_type
 from lfssao.scene.assets import Assets, reason_of
 from lfssao.scene.by_trimesh import read_by_trimesh
+from lfssao.scene.gltf import read_gltf
 from lfssao.scene.images import read_image
 from lfssao.scene.mesh import Mesh
 from lfssao.scene.part import Part, join
 
 # The reader of each ending; trimesh reads the others.
-_READERS: dict[str, Callable[[Path, bytes, Assets], list[Part]]] = {}
+_READERS: dict[str, Callable[[Path, bytes, Assets], list[Part]]] = {".glb": read_gltf, ".gltf": read_gltf}
 
 
 def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:

@@ -214,7 +214,9 @@ def _check_paint(name: str, paint: Paint, vertices: int, faces: NDArray[np.integ
 def _check_samplers(name: str, paint: Paint) -> None:
     samplers = samplers_of(paint)
     if not isinstance(samplers, tuple | list) or len(samplers) != len(paint.textures):
-        raise InputError(f"{name}: samplers is {shown(samplers)}, expected one for each of {len(paint.textures)} textures")
+        raise InputError(
+            f"{name}: samplers is {shown(samplers)}, expected one for each of {len(paint.textures)} textures"
+        )
     for number, sampler in enumerate(samplers):
         if not (
             isinstance(sampler, tuple | list)

@@ -41,6 +41,11 @@ class Part:
     def check(self, name: str) -> None:
         """Refuse (InputError) arrays that do not fit the vertices."""
         count = len(self.vertices)
+        outside = (self.faces < 0) | (self.faces >= count)
+        if outside.any():
+            face, corner = np.argwhere(outside)[0]
+            named = self.faces[face, corner]
+            raise InputError(f"{name}: face {face} names vertex {named}, but there are {count} vertices")
         for what, values, width in (
             ("normals", self.normals, 3),
             ("texture coordinates", self.uv, 2),
@@ -71,9 +76,24 @@ class Part:
         self.faces = np.arange(len(corners)).reshape(-1, 3)
         self.vertex_colors = np.repeat(colors, 3, axis=0)
 
+    def flatten(self) -> None:
+        """Give each face three vertices of its own with its normal, (b - a) x (c - a)."""
+        corners = self.faces.reshape(-1)
+        for name in ("vertices", "uv", "vertex_colors"):
+            values = getattr(self, name)
+            setattr(self, name, None if values is None else values[corners])
+        self.faces = np.arange(len(corners)).reshape(-1, 3)
+        a, b, c = (self.vertices[k::3] for k in range(3))
+        with np.errstate(over="ignore", invalid="ignore"):  # vertices are checked afterwards
+            self.normals = np.repeat(np.cross(b - a, c - a), 3, axis=0)
+
 
 def join(parts: list[Part]) -> dict[str, Any]:
-    """The arrays of a mesh that holds all parts, as ``Mesh`` takes them."""
+    """The arrays of a mesh that holds all parts, as ``Mesh`` takes them; beside normals, parts without are flat."""
+    if any(part.normals is not None for part in parts):
+        for part in parts:
+            if part.normals is None:
+                part.flatten()
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     normals = [part.normals for part in parts if part.normals is not None]
     return {

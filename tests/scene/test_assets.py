@@ -46,7 +46,12 @@ def test_nobody_waits_for_a_pipe(tmp_path):
     (note,) = load_scene(path).notes
     assert "'a.mtl', which cannot be read" in note
     assert "it is not a regular file" in note
-    (tmp_path / "a.gltf").write_text('{"buffers": [{"uri": "a.mtl", "byteLength": 1}]}')
+    (tmp_path / "a.gltf").write_text(
+        '{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}], '
+        '"meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], '
+        '"accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}], '
+        '"bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"uri": "a.mtl", "byteLength": 36}]}'
+    )
     with pytest.raises(InputError, match="it is not a regular file"):
         load_scene(tmp_path / "a.gltf")
 

@@ -327,7 +327,7 @@ def bad_transform(header, binary):
     ("a.stl", bytes(80) + struct.pack("<I", 2**32 - 1) + bytes(50), "4294967295 faces, which take .* but has 134"),
     ("a.stl", bytes(84), "no triangles"),
     ("a.glb", patched_glb(far_index), "names vertex 30000"),
-    ("a.glb", patched_glb(huge_count), "need 16000.0 GB"),
+    ("a.glb", patched_glb(huge_count), "need 24000.0 GB"),
     ("a.glb", patched_glb(bad_transform), "is not finite"),
     ("a.txt", "hello", "cannot be read as a mesh .* '.txt' have no reader"),
     ("a", "hello", "cannot be read as a mesh"),

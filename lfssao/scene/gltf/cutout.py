@@ -37,7 +37,7 @@ def cut_out(file: File, part: Part, look: Look, alpha: NDArray[np.float32] | Non
     if every.any():
         part.faces = part.faces[~every]
     if look.blended and translucent and len(part.faces):
-        file.assets.note(f"{look.place} is translucent (alphaMode BLEND): it is opaque here")
+        file.assets.note("some of its materials are translucent (alphaMode BLEND): they are opaque here")
 
 
 def _boxes(part: Part, look: Look) -> tuple[NDArray[np.int64], ...]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote_to_bytes
 
+from lfssao.core.memory import check_available
 from lfssao.errors import InputError
 from lfssao.scene.assets import Assets
 from lfssao.scene.gltf.item import Item
@@ -58,10 +59,16 @@ class File:
         number = self.number(item, key, kind)
         return None if number is None else self.objects(kind)[number]
 
-    def claim(self, what: str, size: int) -> None:
-        """Refuse what takes, with what was claimed for it before, more bytes of memory than such a file can mean."""
+    def claim(self, what: str, size: int, meant: bool = False) -> None:
+        """Refuse what takes, with what was claimed for it before, more bytes of memory than there are.
+
+        Refused is also what takes more than such a file can mean, but for copies, which are many for few bytes.
+        """
         self._needed[what] += size
-        self.assets.check(what, self._needed[what])
+        if meant:
+            check_available(f"{self.name}: {what}", self._needed[what])
+        else:
+            self.assets.check(what, self._needed[what])
 
     def view(self, item: Item) -> tuple[Item, memoryview] | None:
         """The bufferView that an object names, and its bytes; None where it names none."""
@@ -96,7 +103,10 @@ class File:
         """Content of the file that an object's uri names, or of the uri itself."""
         uri = item.text("uri")
         if not uri.startswith("data:"):
-            return self.assets.read(uri)
+            try:
+                return self.assets.read(uri)
+            except FileNotFoundError as error:
+                raise item.fault(f"names '{uri:.60}', which is not there", "uri") from error
         head, comma, body = uri.partition(",")
         try:
             if not comma:

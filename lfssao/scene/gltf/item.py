@@ -1,6 +1,6 @@
 """Values of a glTF's JSON, each checked as it is read: messages name the key, as accessors[3].count."""
 
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 from lfssao.core.arguments import as_number, as_whole
@@ -23,8 +23,11 @@ class Item:
 
     def fault(self, words: str, key: str = "") -> InputError:
         """The error that this object, or a value of it, is wrong."""
-        place = ".".join(part for part in (self.place, key) if part)
-        return InputError(f"{self.file}: {f'{place}: ' if not key else f'{place} '}{words}")
+        place = f"{self._under(key)} " if key else f"{self.place}: " if self.place else ""
+        return InputError(f"{self.file}: {place}{words}")
+
+    def _under(self, key: str) -> str:
+        return f"{self.place}.{key}" if self.place else key
 
     def must(self, key: str, kind: str) -> InputError:
         """The error that a value is missing, or not what it must be."""
@@ -46,10 +49,14 @@ class Item:
         """Finite numbers, ``length`` of them; ``default`` where there are none."""
         if key not in self.values and default is not _NEEDED:
             return default
-        given = self.values.get(key)
-        found = [as_number(value) for value in given] if isinstance(given, list) else []
-        if not isinstance(given, list) or length not in (None, len(found)):
+        given: Any = self.values.get(key)
+        whole = isinstance(given, list) and length in (None, len(given))
+        if not whole or not {*map(type, given)} <= {int, float}:
             raise self.must(key, "numbers" if length is None else f"{length} numbers")
+        try:
+            found = [*map(float, given)]
+        except OverflowError:
+            found = [inf]
         if not all(map(isfinite, found)):
             raise self.fault(f"is {shown(given)}, which is not finite", key)
         return found
@@ -79,11 +86,11 @@ class Item:
         """The JSON object under a key; None where there is none."""
         if key not in self.values:
             return None
-        return Item(self.file, f"{self.place}.{key}" if self.place else key, self.values[key])
+        return Item(self.file, self._under(key), self.values[key])
 
     def items(self, key: str) -> "list[Item]":
         """The JSON objects of an array; none where there is no array."""
-        place = f"{self.place}.{key}" if self.place else key
+        place = self._under(key)
         return [Item(self.file, f"{place}[{n}]", each) for n, each in enumerate(self.array(key))]
 
     def array(self, key: str) -> list[Any]:

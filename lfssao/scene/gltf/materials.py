@@ -67,7 +67,7 @@ def _look(file: File, material: Item) -> Look:
     for name, key in _LIGHT.items():
         extension = material.extension(name)
         if extension is not None and extension.number(key, 0.0) > 0.0:
-            file.assets.note(f"{material.place} lets light through ({name}): it is opaque here")
+            file.assets.note(f"some of its materials let light through ({name}): they are opaque here")
     if material.item("normalTexture") is not None:
         file.assets.note("its normal maps are not read")
     info = None if color is None else color.item(keys[1])

@@ -37,7 +37,9 @@ def parts_of(file: File, nodes: Nodes, number: int) -> Iterator[Part]:
             continue
         part = _part(file, primitive, weights)
         # Each vertex in float64, with copies as parts are put in place and joined.
-        file.claim("its meshes", 200 * (len(part.vertices) + len(part.faces)) * len(places))
+        size = 200 * (len(part.vertices) + len(part.faces))
+        file.claim("its meshes", size)
+        file.claim("copies of its meshes", size * (len(places) - 1), meant=True)
         if skin is not None and joints is not None:  # the transform of the node itself means nothing then
             skin_part(file, _attributes(primitive), part, joints, skin)
             yield part

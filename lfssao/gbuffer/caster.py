@@ -27,7 +27,7 @@ _CHUNK = 65_536
 COLOR_FILTERS = ("bilinear", "nearest")
 NORMALS = ("geometric", "smooth")
 CASTERS = ("exact", "embree")
-_WRAPS = {"repeat": surface.REPEAT, "mirror": surface.MIRROR, "clamp": surface.CLAMP}
+WRAP_CODES = {"repeat": surface.REPEAT, "mirror": surface.MIRROR, "clamp": surface.CLAMP}
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +260,7 @@ def _material(source: Paint) -> surface.Material:
     for row, texture, (u, v, nearest) in zip(table, source.textures, samplers_of(source), strict=True):
         if texture is not None:
             size = texture.shape[1], texture.shape[0]
-            row[:] = first[id(texture)], *size, _WRAPS[u], _WRAPS[v], nearest
+            row[:] = first[id(texture)], *size, WRAP_CODES[u], WRAP_CODES[v], nearest
     texels = np.concatenate([np.zeros((0, 3), np.float32), *(t.reshape(-1, 3) for t in images.values())])
     colors = np.zeros((0, 3)) if source.vertex_colors is None else source.vertex_colors
     uv = np.zeros((0, 2)) if source.uv is None else source.uv

@@ -20,7 +20,8 @@ _READERS: dict[str, Callable[[Path, bytes, Assets], list[Part]]] = {".glb": read
 def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     """Return all triangles of a file in its own coordinates, as one mesh.
 
-    It may be any mesh file, but no archive, that trimesh reads: OBJ, PLY, STL, OFF, GLB, ...; transforms are applied.
+    It may be a glTF 2.0 (.gltf, .glb), of which the default scene is read in its rest pose, or any mesh file, but no
+    archive, that trimesh reads: OBJ, PLY, STL, OFF, ...; transforms are applied.
     The texture is an image for a mesh with texture coordinates; it takes the place of images that the file names. The
     mesh has the diffuse colours of textures, materials, vertices or faces, where the file has them. An OBJ's image
     takes the place of its Kd (exporters write a Kd of 0 or 0.8 beside it); glTF's factors multiply.

@@ -255,12 +255,14 @@ def test_all_of_embrees_instruction_sets_see_the_same(isa, shim):
 
 
 def painted(rng, mesh, textured, colored):
-    """Two materials, the first with a texture."""
+    """Three materials, the first and the last with one texture that goes on in other ways."""
     n = len(mesh.vertices)
+    texture = rng.random((5, 3, 3), np.float32) if textured else None
     return Paint(
-        factors=rng.random((2, 3), np.float32),
-        face_material=rng.integers(0, 2, len(mesh.faces)).astype(np.int32),
-        textures=(rng.random((5, 3, 3), np.float32) if textured else None, None),
+        factors=rng.random((3, 3), np.float32),
+        face_material=rng.integers(0, 3, len(mesh.faces)).astype(np.int32),
+        textures=(texture, None, texture),
+        samplers=(("repeat", "repeat", False), ("clamp", "clamp", True), ("mirror", "clamp", False)),
         uv=rng.uniform(-2, 2, (n, 2)) if textured else None,
         vertex_colors=rng.random((n, 3), np.float32) if colored else None,
     )
@@ -278,8 +280,9 @@ def test_colour_equals_the_reference(name, textured, colored):
     hits, *_ = brute_force(mesh, view)
     caster = RayCaster(mesh, view.cast_from_world)
     want = raycast.colors(
-        hits, mesh.faces, paint.factors, paint.face_material, paint.vertex_colors, paint.uv, paint.textures
-    )
+        hits, mesh.faces, paint.factors, paint.face_material, paint.vertex_colors, paint.uv, paint.textures,
+        paint.samplers,
+    )  # fmt: skip
     assert_same_bits(caster.gbuffer(view).color, want.reshape(22, 31, 3))
     assert len(np.unique(want, axis=0)) > 5 or not (textured or colored)
     assert caster.gbuffer(view, color=None).color is None

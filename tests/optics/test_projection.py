@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from reference import mapping as reference
 from reference import raycast
 
+from lfssao.gbuffer import caster
 from lfssao.gbuffer.kernels import surface as paint
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels import rays
@@ -53,13 +54,20 @@ def test_texel_ray_equals_the_reference(kind, orthographic, numbers, u, v):
     np.testing.assert_array_equal(bits([ox, oy, dx, dy, near, far]), bits(np.ravel(want)))
 
 
-@given(st.integers(0, 99), st.integers(1, 4), st.integers(1, 4), st.integers(0, 5), st.floats(-5, 5), st.floats(-5, 5))
-def test_sample_texture_equals_the_reference(seed, wide, high, first, u, v):
+@given(
+    st.integers(0, 99),
+    *[st.integers(1, 4)] * 2,
+    st.integers(0, 5),
+    *[st.floats(-5, 5)] * 2,
+    *[st.sampled_from(("repeat", "mirror", "clamp"))] * 2,
+)
+def test_sample_texture_equals_the_reference(seed, wide, high, first, u, v, wrap_u, wrap_v):
     texels = np.random.default_rng(seed).random((first + wide * high + 1, 3), np.float32)
     texture = texels[first : first + wide * high].reshape(high, wide, 3)
     for channel in range(3):
-        actual = paint.sample_texture(texels, first, wide, high, u, v, channel)
-        assert bits(actual) == bits(raycast.sample_texture(texture, u, v, channel))
+        wraps = caster.WRAP_CODES[wrap_u], caster.WRAP_CODES[wrap_v]
+        actual = paint.sample_texture(texels, first, wide, high, u, v, channel, *wraps)
+        assert bits(actual) == bits(raycast.sample_texture(texture, u, v, channel, (wrap_u, wrap_v)))
 
 
 # Domains by hand

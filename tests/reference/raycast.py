@@ -172,22 +172,36 @@ def surface(kind, lens, rays, world_from_cast, hits):
     return depth, positions
 
 
-def sample_texture(texture, u, v, channel):
-    """Bilinear, repeated, v upwards."""
+def period(t, wrap):
+    """A texture coordinate within the first period: 1 for "repeat", 2 for "mirror"; "clamp" ends at 0 and 1."""
+    if wrap == "clamp":
+        return min(max(t, 0.0), 1.0)
+    return t - math.floor(t) if wrap == "repeat" else t - 2.0 * math.floor(t / 2.0)
+
+
+def wrapped(number, size, wrap):
+    """The texel at a number along an axis; a mirrored axis has the texels 0, 1, ..., size - 1, size - 1, ..., 0."""
+    if wrap == "mirror":
+        return [*range(size), *range(size - 1, -1, -1)][number % (2 * size)]
+    return number % size if wrap == "repeat" else [0, *range(size), size - 1][number + 1]
+
+
+def sample_texture(texture, u, v, channel, wraps=("repeat", "repeat")):
+    """Bilinear, v upwards."""
     high, wide, _ = texture.shape
-    x = (u - math.floor(u)) * wide - 0.5
-    y = (1.0 - (v - math.floor(v))) * high - 0.5
+    x = period(u, wraps[0]) * wide - 0.5
+    y = (1.0 - period(v, wraps[1])) * high - 0.5
     i, j = math.floor(x), math.floor(y)
 
     def texel(column, row):
-        return float(texture[row % high, column % wide, channel])
+        return float(texture[wrapped(row, high, wraps[1]), wrapped(column, wide, wraps[0]), channel])
 
     upper = texel(i, j) + (texel(i + 1, j) - texel(i, j)) * (x - i)
     lower = texel(i, j + 1) + (texel(i + 1, j + 1) - texel(i, j + 1)) * (x - i)
     return upper + (lower - upper) * (y - j)
 
 
-def colors(hits, faces, factors, face_material, vertex_colors, uv, textures):
+def colors(hits, faces, factors, face_material, vertex_colors, uv, textures, samplers):
     """Colour of hits: factor x vertex colour x texture."""
     rgb = np.zeros((len(hits.triangle), 3), np.float32)
     for k in np.flatnonzero(hits.triangle >= 0):
@@ -205,6 +219,7 @@ def colors(hits, faces, factors, face_material, vertex_colors, uv, textures):
             if vertex_colors is not None:
                 value = value * mixed(vertex_colors[:, channel])
             if textures[material] is not None:
-                value = value * sample_texture(textures[material], mixed(uv[:, 0]), mixed(uv[:, 1]), channel)
+                at, wraps = (mixed(uv[:, 0]), mixed(uv[:, 1])), samplers[material][:2]
+                value = value * sample_texture(textures[material], *at, channel, wraps)
             rgb[k, channel] = value
     return rgb

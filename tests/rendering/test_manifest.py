@@ -1,14 +1,15 @@
 """Digests of arrays are those of their numbers, row by row and little-endian; sizes of views are those of a display."""
 
 import hashlib
-from dataclasses import asdict
+import json
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
-from lfssao import find_display
+from lfssao import Mesh, Paint, find_display
 from lfssao.rendering.folder import display_of
-from lfssao.rendering.manifest import digest
+from lfssao.rendering.manifest import describe_scene, digest
 
 NUMBERS = np.random.default_rng(3).random((24, 32, 3), np.float32)
 
@@ -20,6 +21,19 @@ def test_a_digest_is_of_the_numbers_row_by_row(array):
     text = np.ascontiguousarray(array, array.dtype.newbyteorder("<")).tobytes()
     assert digest(array) == hashlib.sha256(text).hexdigest()
     assert digest(array.copy()) == digest(array)
+
+
+def test_the_digest_of_colours_is_of_samplers_too_where_there_are_any():
+    image, one = np.ones((2, 2, 3), np.float32), np.zeros(1, np.int32)
+    paint = Paint(np.ones((1, 3), np.float32), one, (image,), np.zeros((3, 2)))
+    arrays = [paint.factors, one, paint.uv, None, image]
+    sums = [None if each is None else [list(each.shape), digest(each)] for each in arrays]
+    found = []
+    for samplers in (None, (("clamp", "repeat", False),), (("clamp", "repeat", True),)):
+        mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]), replace(paint, samplers=samplers))
+        found.append(describe_scene(mesh)["paint_sha256"])
+    assert found[0] == hashlib.sha256(json.dumps(sums).encode()).hexdigest()
+    assert len(set(found)) == 3
 
 
 def test_views_of_two_sizes_are_not_those_of_a_display():

@@ -47,6 +47,10 @@ WRONG = [
     *((lambda bad=bad: Paint.from_vertex_colors(bad, 1), "colors is") for bad in (
         "red", None, np.ma.array(CORNERS, mask=MASK),
     )),
+    *((lambda bad=bad: painted(samplers=bad), "sampler") for bad in (
+        "repeat", (), (("repeat", "clamp"),), (("repeat", "wrap", False),), (("clamp", "clamp", 1),),
+        ([["mirror"], "mirror", True],),
+    )),
     *((lambda bad=bad: Paint.from_vertex_colors(CORNERS, bad), "face_count is") for bad in (np.nan, 1.5, "1", None, 0)),
     *((lambda bad=bad: lfssao.load_scene(bad), "path is of type") for bad in (5, None, ["a.obj"])),
     (lambda: lfssao.builtin_scene(["statue"]), "there is no embedded scene"),

@@ -101,6 +101,6 @@ class Item:
         return found
 
     def extension(self, name: str) -> "Item | None":
-        """What an extension adds to this object."""
+        """The JSON object that an extension adds to this one; None where it adds none."""
         found = self.item("extensions")
         return None if found is None else found.item(name)

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+_STEPS = 10  # nine do for all values above 0.04045
+
 
 def _decode(code: Decimal) -> float:
     """Linear value of an sRGB code, 0 to 255; the power of decimals, unlike the C library's, is the same everywhere."""
@@ -32,6 +34,17 @@ def code_edges() -> NDArray[np.float64]:
 def to_linear(codes: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Linear light, float32 0 to 1, of 8-bit sRGB codes of any shape."""
     return decode_table()[codes]
+
+
+def decode(values: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
+    """Linear light, float32, of sRGB values of any shape, 0 to 1, that are no whole codes."""
+    value = np.asarray(values, np.float64)
+    base = (value + 0.055) / 1.055
+    square = base * base
+    root = np.ones_like(base)
+    for _ in range(_STEPS):  # Newton's method for the fifth root: the C library's power differs between machines
+        root = root - (root - square / (root * root * root * root)) / 5
+    return np.where(value <= 0.04045, value / 12.92, square * root).astype(np.float32)
 
 
 def to_codes(linear: NDArray[np.floating[Any]]) -> NDArray[np.uint8]:

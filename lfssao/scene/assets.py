@@ -33,7 +33,7 @@ class Assets:
         self._textures = 0  # bytes of memory
 
     def get(self, name: str) -> bytes:
-        """Content of a file that the mesh file names; text as UTF-8. trimesh goes on without it silently."""
+        """Content of a file that the mesh file names. trimesh goes on without it silently."""
         ending = Path(name.strip()).suffix.lower()
         try:
             data = self.read(name)
@@ -45,22 +45,32 @@ class Assets:
             raise
         if ending not in _NOT_IMAGES:
             self.try_image(name, data)
-        return as_utf8(data) if ending == ".mtl" else data
+        return data
 
     __getitem__ = get
 
+    def has(self, name: str) -> bool:
+        """Whether there is a file that the mesh file names."""
+        return self._place(name) is not None
+
     def read(self, name: str) -> bytes:
         """Content of a file that the mesh file names; FileNotFoundError or InputError if it cannot be read."""
+        file = self._place(name)
+        if file is None:
+            raise FileNotFoundError(f"there is no '{name}' in its folder")
+        check_file(file)
+        data = file.read_bytes()
+        self._held += len(data)
+        return data
+
+    def _place(self, name: str) -> Path | None:
         name = name.strip().replace("\\", "/")  # paths from Windows
         folder = self._path.absolute().parent.resolve()
         for candidate in (name, unquote(name), name.lstrip("/"), Path(name).name):  # a path of another machine, too
             file = (folder / candidate).resolve()
             if file.is_relative_to(folder) and file.exists() and not file.is_dir():
-                check_file(file)
-                data = file.read_bytes()
-                self._held += len(data)
-                return data
-        raise FileNotFoundError(f"there is no '{name}' in its folder")
+                return file
+        return None
 
     def image(self, name: str, data: bytes | None, decode: Callable[[Any], Decoded]) -> Decoded:
         """An image that the mesh file names, or of these bytes, as ``decode`` makes it of Pillow's.
@@ -105,8 +115,9 @@ class Assets:
         check_expansion(f"{self._path}: {what}", needed, self._held)
 
     def note(self, sentence: str) -> None:
-        """Remember a sentence about a part of the file that is left out."""
-        self._notes.append(sentence)
+        """Remember a sentence, if it is not empty, about a part of the file that is left out."""
+        if sentence:
+            self._notes.append(sentence)
 
     def notes(self) -> list[str]:
         """Sentences about all that is left out, each once: material files that are missing, and others."""
@@ -123,15 +134,6 @@ def bytes_of(image: Any) -> int:
     return 28 * int(image.width) * int(image.height)
 
 
-def as_utf8(data: bytes) -> bytes:
-    """Text in UTF-8; other text is taken for Latin-1, as old exporters write names and comments."""
-    try:
-        data.decode("utf-8")
-    except UnicodeDecodeError:
-        return data.decode("latin-1").encode("utf-8")
-    return data
-
-
 def reason_of(path: Path, error: Exception) -> str:
     """The reason why reading failed, in words that do not need the libraries' source."""
     reason = " ".join(str(error).split())[:200] or type(error).__name__
@@ -142,8 +144,6 @@ def reason_of(path: Path, error: Exception) -> str:
         reason = f"its content is not what files ending in {path.suffix} hold"
     elif isinstance(error, ImportError):
         reason = f"no reader for it is installed: {reason}"
-    elif isinstance(error, IndexError) and path.suffix.lower() == ".obj":
-        reason = "a face names a vertex that does not exist"
     elif isinstance(error, MemoryError):
         reason = "there is not enough memory"
     elif type(error).__name__ == "UnidentifiedImageError":

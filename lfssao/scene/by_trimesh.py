@@ -14,9 +14,8 @@ from trimesh.visual.material import empty_material
 from lfssao.core.srgb import to_linear
 from lfssao.errors import InputError
 from lfssao.scene.assets import Assets, reason_of
-from lfssao.scene.formats import CHECKS, readable
 from lfssao.scene.images import texture
-from lfssao.scene.part import Part
+from lfssao.scene.part import NO_COORDINATES, Part
 
 # Its warnings are for whoever listens to them, and none of Python's handlers of last resort.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
@@ -26,10 +25,7 @@ _ARCHIVES = ("3mf", "3dxml", "zae")  # trimesh would expand them to any size, if
 
 def read_by_trimesh(path: Path, data: bytes, assets: Assets) -> list[Part]:
     """Return the parts of a file of any format that trimesh reads; InputError for one that it does not."""
-    ending = path.suffix.lower()
-    kind = ending[1:]
-    data = readable(ending, data)
-    declared = CHECKS[ending](path, data) if ending in CHECKS else 0
+    kind = path.suffix.lower()[1:]
     if kind not in mesh_loaders or kind in _ARCHIVES:
         raise InputError(f"{path}: it cannot be read as a mesh (files ending in '{path.suffix}' have no reader)")
     # process=False: trimesh would merge vertices and renumber faces.
@@ -39,9 +35,6 @@ def read_by_trimesh(path: Path, data: bytes, assets: Assets) -> list[Part]:
     placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
     meshes = [(scene.geometry[name], transform, name) for transform, name in placed]
     meshes = [each for each in meshes if isinstance(each[0], trimesh.Trimesh) and len(each[0].faces)]
-    found = sum(len(mesh.faces) for mesh, _, _ in meshes)
-    if found < declared:
-        raise InputError(f"{path}: it declares {declared} faces, of which {found} can be read")
     if meshes:
         assets.check_images()
     # Each vertex in float64, with copies as parts are put in place and joined.
@@ -71,22 +64,21 @@ def _part(path: Path, mesh: Any, normals: Any, assets: Assets) -> Part:
 
 def _take_texture(path: Path, part: Part, visual: Any, assets: Assets) -> None:
     if visual.uv is not None and len(visual.uv) == len(part.vertices):
-        part.uv = np.zeros((len(visual.uv), 2))  # OBJ may leave v out, which is then 0
-        part.uv[:, : visual.uv.shape[1]] = visual.uv[:, :2]
+        part.uv = np.asarray(visual.uv, np.float64)[:, :2]
     material = visual.material
-    found = getattr(material, "image", None)
+    found = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
     if found == empty_material().image:  # the grey one that trimesh makes for a file that names none
         found = None
     if assets.given is None and found is not None:
         _take_image(path, part, found, assets)
-    # trimesh makes up a grey for a material without Kd; what the file said is in kwargs.
-    if found is None and "kd" in getattr(material, "kwargs", {}):
-        part.factor = to_linear(np.asarray(material.diffuse, np.uint8)[:3])
+    factor = getattr(material, "baseColorFactor", None)
+    if factor is not None:  # trimesh keeps linear factors as 8-bit numbers
+        part.factor = np.asarray(factor, np.float32)[:3] / np.float32(255)
 
 
 def _take_image(path: Path, part: Part, found: Any, assets: Assets) -> None:
     if part.uv is None:
-        assets.note("an image is left out, as its faces have no texture coordinates")
+        assets.note(NO_COORDINATES)
         return
     assets.check_texture(found)
     try:

@@ -1,6 +1,11 @@
 """Images of diffuse colours, through Pillow: decoded from sRGB once, in float32."""
 
+import functools
+import io
+import re
+import sys
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +15,12 @@ from PIL import Image
 
 from lfssao.core.files import check_file
 from lfssao.core.memory import check_expansion
-from lfssao.core.srgb import to_linear
+from lfssao.core.srgb import decode, to_linear
 from lfssao.errors import InputError
-from lfssao.scene.assets import bytes_of, reason_of
+from lfssao.scene.assets import Assets, bytes_of, reason_of
+
+_BYTE = 255  # the largest number of 8 bits
+_BITS, _PLANES = 258, 284  # tags of TIFF: bits of each number, and 2 for colours in planes
 
 
 def read_image(path: Path) -> NDArray[np.float32]:
@@ -37,10 +45,77 @@ def opacity(image: Any) -> NDArray[np.float32] | None:
 
 
 def texture(image: Any) -> NDArray[np.float32]:
-    """Pixels of a Pillow image as (h, w, 3) linear RGB; transparency is left out."""
+    """Pixels of a Pillow image as (h, w, 3) linear RGB; transparency is left out.
+
+    Images of 16 bits that are loaded already have 8 of them left. ValueError for pixels that Pillow gives only in part.
+    """
     if image.mode in ("I", "F"):
         raise ValueError(f"pixels of mode {image.mode} have no known range")
-    if image.mode.startswith("I;16"):  # Pillow would clip 16-bit grey at 255
-        grey = (np.asarray(image).astype(np.uint32) * 255 + 32767) // 65535
-        return to_linear(np.repeat(grey.astype(np.uint8)[..., None], 3, axis=2))
-    return to_linear(np.asarray(image.convert("RGB")))
+    if image.mode.startswith("I;16"):
+        grey: NDArray[np.uint16] = np.asarray(image, np.uint16)
+        return _decode_16(np.repeat(grey[..., None], 3, axis=2))
+    stored = [(each.codec_name, each.args) for each in getattr(image, "tile", ())]
+    layouts = {str(given if isinstance(given, str) else (given or ("",))[0]) for _, given in stored}
+    for decoder, given in stored:
+        if decoder.startswith("ppm") and isinstance(given, tuple) and given[-1] > _BYTE:
+            raise ValueError("of a PPM's pixels of more than 8 bits only 8 can be read")
+    tags = getattr(image, "tag_v2", {})
+    if max(tags.get(_BITS, (8,))) > 8 and tags.get(_PLANES) == 2:
+        raise ValueError("of a TIFF's planes of more than 8 bits only 8 can be read")
+    wide = [layout for layout in layouts if "16" in layout]
+    return _decode_16(_codes(image, wide[0])) if wide else to_linear(np.asarray(image.convert("RGB")))
+
+
+@functools.cache
+def _table() -> NDArray[np.float32]:
+    """Linear value of each 16-bit sRGB code."""
+    return decode(np.arange(65536) / 65535)
+
+
+def _decode_16(codes: NDArray[np.uint16]) -> NDArray[np.float32]:
+    return np.asarray(_table()[codes])
+
+
+def _codes(image: Any, layout: str) -> NDArray[np.uint16]:
+    """Colours of 16 bits, (h, w, 3), of which Pillow gives 8: it takes a file twice, in both orders of bytes."""
+    found = re.fullmatch(r"(RGB[AX]?);16([BLN])|LA;16B", layout)
+    if not found:
+        raise ValueError(f"of pixels stored as {layout} only 8 bits can be read")
+    order = (found[2] or "B").replace("N", sys.byteorder[0].upper())
+    image.fp.seek(0)
+    data = image.fp.read()
+    if not found[1]:  # grey and opacity, of two bytes each
+        pixels = np.asarray(_as_stored(data, "RGBA")).astype(np.uint16)
+        return np.repeat(pixels[..., :1] * np.uint16(256) + pixels[..., 1:2], 3, axis=2)
+    high, low = (
+        np.asarray(_as_stored(data, f"{found[1]};16{each}"))[..., :3].astype(np.uint16)
+        for each in (order, {"B": "L", "L": "B"}[order])
+    )
+    return np.asarray(high * np.uint16(256) + low)
+
+
+def _as_stored(data: bytes, layout: str) -> Any:
+    """An image whose pixels are taken from another layout than its own."""
+    image = Image.open(io.BytesIO(data))
+    image.tile = [
+        each._replace(args=(layout, *each.args[1:]) if isinstance(each.args, tuple) else layout) for each in image.tile
+    ]
+    image.load()
+    return image
+
+
+def read_named(path: Path, name: str, assets: Assets) -> NDArray[np.float32]:
+    """An image that a mesh file names, as (h, w, 3) linear RGB; InputError if it is missing or cannot be read."""
+    data = b""
+    with suppress(Exception):  # remembered, with its reason
+        data = assets.get(name)
+    assets.check_images()
+    try:
+        with Image.open(io.BytesIO(data)) as image:
+            assets.check_texture(image)
+            return texture(image)
+    except InputError:
+        raise
+    except Exception as error:  # each of Pillow's readers has errors of its own
+        reason = reason_of(path, error)
+        raise InputError(f"{path}: its texture '{name}' cannot be read as an image ({reason})") from error

@@ -11,17 +11,28 @@ from lfssao.scene.by_trimesh import read_by_trimesh
 from lfssao.scene.gltf import read_gltf
 from lfssao.scene.images import read_image
 from lfssao.scene.mesh import Mesh
+from lfssao.scene.obj import read_obj
+from lfssao.scene.off import read_off
 from lfssao.scene.part import Part, join
+from lfssao.scene.ply import read_ply
+from lfssao.scene.stl import read_stl
 
 # The reader of each ending; trimesh reads the others.
-_READERS: dict[str, Callable[[Path, bytes, Assets], list[Part]]] = {".glb": read_gltf, ".gltf": read_gltf}
+_READERS: dict[str, Callable[[Path, bytes, Assets], list[Part]]] = {
+    ".glb": read_gltf,
+    ".gltf": read_gltf,
+    ".obj": read_obj,
+    ".off": read_off,
+    ".ply": read_ply,
+    ".stl": read_stl,
+}
 
 
 def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     """Return all triangles of a file in its own coordinates, as one mesh.
 
-    It may be a glTF 2.0 (.gltf, .glb), of which the default scene is read in its rest pose, or any mesh file, but no
-    archive, that trimesh reads: OBJ, PLY, STL, OFF, ...; transforms are applied.
+    It may be an OBJ, PLY, OFF or STL, a glTF 2.0 (.gltf, .glb: the default scene in its rest pose), or any other mesh
+    file, but no archive, that trimesh reads; transforms are applied.
     The texture is an image for a mesh with texture coordinates; it takes the place of images that the file names. The
     mesh has the diffuse colours of textures, materials, vertices or faces, where the file has them. An OBJ's image
     takes the place of its Kd (exporters write a Kd of 0 or 0.8 beside it); glTF's factors multiply.

@@ -10,6 +10,12 @@ from lfssao.core.affine import cofactors, transform_points
 from lfssao.errors import InputError
 from lfssao.scene.mesh import REPEATED, FloatArray, Paint, Sampler
 
+# Notes of several readers.
+TOO_FEW_CORNERS = "faces of fewer than three corners are left out"
+TRANSPARENT = "its colours are in part transparent: they are taken for opaque"
+TWO_COLORS = "colours of its faces are left out, as its vertices have colours"
+NO_COORDINATES = "an image is left out, as its faces have no texture coordinates"
+
 
 def _white() -> NDArray[np.float32]:
     return np.ones(3, np.float32)
@@ -86,6 +92,16 @@ class Part:
         a, b, c = (self.vertices[k::3] for k in range(3))
         with np.errstate(over="ignore", invalid="ignore"):  # vertices are checked afterwards
             self.normals = np.repeat(np.cross(b - a, c - a), 3, axis=0)
+
+
+def distinct(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The places of the distinct rows of (N, k) in their order by value, and the number of each row among them."""
+    order = np.lexsort(rows.T[::-1])
+    new = np.ones(len(rows), np.bool_)
+    new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    numbers = np.empty(len(rows), np.int64)
+    numbers[order] = np.cumsum(new) - 1
+    return order[new], numbers
 
 
 def join(parts: list[Part]) -> dict[str, Any]:

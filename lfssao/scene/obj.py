@@ -174,9 +174,10 @@ class _Materials:
             part.uv = part.uv * material.scale + material.offset
             if material.clamp and ((part.uv < 0) | (part.uv > 1)).any():
                 raise InputError(f"{self._path}: map_Kd's option -clamp on, with coordinates beyond 1, is not read")
-            if material.image not in self._images:
-                self._images[material.image] = read_named(self._path, material.image, assets)
-            part.image = self._images[material.image]
+            name = material.image if assets.has(material.image) else material.image.partition("#")[0].strip()
+            if name not in self._images:
+                self._images[name] = read_named(self._path, name, assets)
+            part.image = self._images[name]
             if part.vertex_colors is not None and (part.vertex_colors != 1).any():
                 assets.note("colours of its vertices multiply its image")
         elif material.image is None and material.color is not None:

@@ -21,7 +21,7 @@ def read_off(path: Path, data: bytes, assets: Assets) -> list[Part]:
     """Return the triangles of a text OFF, COFF, NOFF, STOFF or 4OFF, as one part.
 
     The keyword may be left out. Numbers are separated by any white space, but only a file with a line a vertex and a
-    line a face may have colours of faces, or of vertices without its keyword. Colours are sRGB, 0 to 1, or 0 to 255 if
+    line a face may have colours of faces, or codes of vertices without its keyword. Colours are sRGB, 0 to 1, or 0 to 255 if
     one is at least 2. The fourth number of a 4OFF's position divides the others. InputError if it is another kind of
     OFF, is broken, ends too early or names a vertex that does not exist.
     """
@@ -36,45 +36,53 @@ def read_off(path: Path, data: bytes, assets: Assets) -> list[Part]:
         raise InputError(f"{path}: it is no OFF file, which begins with the word 'OFF'")
     values = numbers(body.encode(), text.count("\n", 0, len(text) - len(body)) + 1)
     sizes = np.array([len(words) for line in body.split("\n") if (words := line.split())], np.int64)
-    head = 2 if len(sizes) and sizes[0] == 2 else 3  # the number of edges may be left out
-    if len(values) < head:
+    if len(values) < 2:
         raise InputError(f"{path}: it ends too early: it does not say how many vertices and faces it has")
     counts = whole(values[:2])
     if counts.min() < 0 or counts.sum() > len(values):
         raise InputError(f"{path}: it ends too early: it declares {counts[0]} vertices and {counts[1]} faces")
-    sizes = np.diff(np.maximum(np.cumsum(sizes), head), prepend=head)
     position, before, behind = 4 if four else 3, 3 if normal else 0, 2 if coordinates else 0
     plain = position + before + behind
-    values, sizes = values[head:], sizes[sizes > 0]
-    rows = _by_lines(values, sizes, counts, [plain + 3, plain + 4] if color else [plain, plain + 3, plain + 4])
-    for width in [plain + 4, plain + 3] if color else [plain]:
-        rows = rows or _by_words(values, counts, width)
+    rows = None
+    for head in (2, 3) if sizes[0] == 2 else (3,):  # the number of edges may be left out
+        rest = np.diff(np.maximum(np.cumsum(sizes), head), prepend=head)
+        widths = [plain + 4, plain + 3] if color else [plain]
+        rows = rows or _by_lines(values[head:], rest[rest > 0], counts, [plain, plain + 3, plain + 4][bool(color) :])
+        for width in widths:
+            rows = rows or _by_words(values[head:], counts, width)
     if rows is None:
         declared = f"it declares {counts[0]} vertices and {counts[1]} faces"
         raise InputError(f"{path}: it ends too early, or holds more: {declared}, which its numbers do not fit")
-    width, begins, ends = rows
+    values, width, begins, ends = rows
+    if len(ends) and ends[-1] < len(values):
+        assets.note(f"{len(values) - ends[-1]} numbers after its end are left out")
     table = values[: counts[0] * width].reshape(-1, width)
     part = Part(_positions(path, table[:, :position]), np.zeros((0, 3), np.int64))
     part.normals = table[:, position : position + before] if before else None
     part.uv = table[:, width - 2 :] if behind else None
-    if width > plain:
-        part.vertex_colors = _linear(path, table[:, position + before :][:, : width - plain], assets)
+    given = table[:, position + before :][:, : width - plain]
+    # Without the keyword's C they may be normals.
+    if width > plain and (color or (given.max() >= 2 and given.min() >= 0)):
+        part.vertex_colors = _linear(path, given, assets)
+    elif width > plain:
+        assets.note(f"{width - plain} numbers at each vertex are left out, as its keyword does not have them")
     _take_faces(path, part, values, begins, ends, assets)
     return [part]
 
 
-_Rows = tuple[int, IntArray, IntArray]  # numbers of each vertex; places at which the rows of faces begin and end
+# All numbers behind the header, how many each vertex has, and the places at which the rows of faces begin and end.
+_Rows = tuple[FloatArray, int, IntArray, IntArray]
 
 
 def _by_lines(values: FloatArray, sizes: IntArray, counts: IntArray, widths: list[int]) -> _Rows | None:
     """The rows of a file with a line a vertex and a line a face, from the numbers of each line; None if it has not."""
     vertices, all_rows = int(counts[0]), int(counts.sum())
-    if len(sizes) != all_rows or not vertices or sizes[0] not in widths or (sizes[:vertices] != sizes[0]).any():
+    if len(sizes) < all_rows or not vertices or sizes[0] not in widths or (sizes[:vertices] != sizes[0]).any():
         return None
-    ends = np.cumsum(sizes)
-    begins = (ends - sizes)[vertices:]
-    behind = sizes[vertices:] - 1 - values[begins]
-    return (int(sizes[0]), begins, ends[vertices:]) if np.isin(behind, (0, 1, *_COLOR)).all() else None
+    ends = np.cumsum(sizes)[vertices:all_rows]
+    begins = ends - sizes[vertices:all_rows]
+    behind = ends - begins - 1 - values[begins]
+    return (values, int(sizes[0]), begins, ends) if np.isin(behind, (0, 1, *_COLOR)).all() else None
 
 
 def _by_words(values: FloatArray, counts: IntArray, width: int) -> _Rows | None:
@@ -86,7 +94,7 @@ def _by_words(values: FloatArray, counts: IntArray, width: int) -> _Rows | None:
         begins.append(place)
         place += 1 + int(values[place])
     starts = np.array([*begins, place], np.int64)
-    return (width, starts[:-1], starts[1:]) if place == len(values) else None
+    return (values, width, starts[:-1], starts[1:]) if place == len(values) else None
 
 
 def _positions(path: Path, numbers: FloatArray) -> FloatArray:

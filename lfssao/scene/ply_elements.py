@@ -95,9 +95,13 @@ def _header(path: Path, header: str) -> tuple[str, list[Element]]:
 
 
 def _read_text(path: Path, elements: list[Element], body: bytes, line: int, assets: Assets) -> None:
-    """Fill all elements from text, read as if it were binary and all of it double."""
+    """Fill all elements from text, read as if it were binary and all of it double; floats are rounded to float32."""
     values = numbers(body, line)
     taken = _read_rows(path, elements, values.data.cast("B"), "") // values.itemsize
+    for element in elements:
+        for name, kind, count in element.properties:
+            if kind == "f4" and not count:
+                element.columns[name] = element.columns[name].astype(np.float32)
     if taken < len(values):
         rows = sum(element.count for element in elements if element.properties)
         first = [line for line in body.split(b"\n") if line.strip()][:rows]

@@ -12,7 +12,8 @@ from lfssao.scene.mesh import FloatArray
 
 IntArray = NDArray[np.int64]
 
-# Largest difference between the area of a polygon and that of its triangles, relative to its bounding rectangle.
+# Largest difference between the area of a polygon and that of its triangles, relative to its bounding rectangle; a
+# part of an area that is as small is rounding.
 _AREA_ERROR = 1e-6
 
 
@@ -70,10 +71,13 @@ def _flattened(corners: FloatArray) -> FloatArray:
     corners = corners - corners[:, :1]
     size = np.abs(corners).max(axis=(1, 2))
     corners = corners / np.where((size > 0) & np.isfinite(size), size, 1.0)[:, None, None]
-    normal = np.zeros((len(corners), 3))
+    normal, areas = np.zeros((2, len(corners), 3))
     for k in range(1, corners.shape[1] - 1):
-        normal += np.cross(corners[:, k], corners[:, k + 1])
-    axis = np.abs(normal).argmax(axis=1)
+        triangle = np.cross(corners[:, k], corners[:, k + 1])
+        normal += triangle
+        areas += np.abs(triangle)
+    # The normal of a polygon that crosses itself may be zero.
+    axis = (np.abs(normal) + _AREA_ERROR * areas).argmax(axis=1)
     rows = np.arange(len(corners))
     across = np.stack([(axis + 1) % 3, (axis + 2) % 3], axis=1)
     across = np.where(normal[rows, axis][:, None] < 0, across[:, ::-1], across)

@@ -55,11 +55,10 @@ def _vertices_of_text(path: Path, text: str) -> FloatArray:
     """Vertices, (3 F, 3), of the facets of a text."""
     if not re.match(r"\s*(solid|facet)\b", text, re.IGNORECASE):
         raise InputError(f"{path}: it is no STL file: neither does text begin with 'solid', nor is it binary")
-    text = _NAME.sub("", text.lower())
+    text = re.sub(r",(?=\s)", " ", _NAME.sub("", text.lower()))
     facets, wrong = _facets(text)
     if wrong is not None:  # perhaps another spelling
-        text = re.sub(r",(?=\s)", " ", text).replace("outerloop", "outer loop")
-        text = re.sub(r"\bend[ \t]+(?=loop|facet)", "end", text)
+        text = re.sub(r"\bend[ \t]+(?=loop|facet)", "end", text.replace("outerloop", "outer loop"))
         text = re.sub(r"\bfacet\s+(?=outer)", "facet normal 0 0 0 ", text)
         facets, wrong = _facets(text)
     if wrong is not None:

@@ -3,6 +3,7 @@
 import codecs
 import re
 import warnings
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +36,9 @@ def numbers(text: bytes, line: int, unit: str = "line") -> NDArray[np.float64]:
 
     line: the number of its first line. unit: the word for a line of it.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # where a word is no number, NumPy stops
+    values: NDArray[np.float64] = np.zeros(0)
+    with warnings.catch_warnings(), suppress(ValueError, DeprecationWarning):
+        warnings.simplefilter("error")  # where a word is no number, older NumPy only warns
         values = np.fromstring(text, np.float64, sep=" ")
     blank = np.concatenate([[True], np.frombuffer(text, np.uint8) <= ord(" ")])
     if len(values) == np.count_nonzero(blank[:-1] & ~blank[1:]):

@@ -21,9 +21,9 @@ def read_off(path: Path, data: bytes, assets: Assets) -> list[Part]:
     """Return the triangles of a text OFF, COFF, NOFF, STOFF or 4OFF, as one part.
 
     The keyword may be left out. Numbers are separated by any white space, but only a file with a line a vertex and a
-    line a face may have colours of faces, or codes of vertices without its keyword. Colours are sRGB, 0 to 1, or 0 to 255 if
-    one is at least 2. The fourth number of a 4OFF's position divides the others. InputError if it is another kind of
-    OFF, is broken, ends too early or names a vertex that does not exist.
+    line a face may have colours of faces, or codes of vertices without its keyword. Colours are sRGB, 0 to 1, or 0 to
+    255 if one is at least 2. The fourth number of a 4OFF's position divides the others. InputError if it is another
+    kind of OFF, is broken, ends too early or names a vertex that does not exist.
     """
     text = re.sub("#[^\n]*", "", as_text(data))
     found = _KEYWORD.match(text)
@@ -44,12 +44,11 @@ def read_off(path: Path, data: bytes, assets: Assets) -> list[Part]:
     position, before, behind = 4 if four else 3, 3 if normal else 0, 2 if coordinates else 0
     plain = position + before + behind
     rows = None
-    for head in (2, 3) if sizes[0] == 2 else (3,):  # the number of edges may be left out
+    for head in (2, 3) if sizes[0] == 2 else (3,):  # the number of edges may be left out at the end of its line
         rest = np.diff(np.maximum(np.cumsum(sizes), head), prepend=head)
-        widths = [plain + 4, plain + 3] if color else [plain]
         rows = rows or _by_lines(values[head:], rest[rest > 0], counts, [plain, plain + 3, plain + 4][bool(color) :])
-        for width in widths:
-            rows = rows or _by_words(values[head:], counts, width)
+    for width in [plain + 4, plain + 3] if color else [plain]:
+        rows = rows or _by_words(values[3:], counts, width)
     if rows is None:
         declared = f"it declares {counts[0]} vertices and {counts[1]} faces"
         raise InputError(f"{path}: it ends too early, or holds more: {declared}, which its numbers do not fit")
@@ -89,7 +88,7 @@ def _by_words(values: FloatArray, counts: IntArray, width: int) -> _Rows | None:
     """The rows of a file without colours of faces, wherever its lines end; None if the numbers do not fit."""
     place, begins = int(counts[0]) * width, []
     for _ in range(int(counts[1])):
-        if place >= len(values) or not 0 <= values[place] <= len(values):
+        if place >= len(values) or not 3 <= values[place] <= len(values):  # less may be part of a position
             return None
         begins.append(place)
         place += 1 + int(values[place])

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 
 from lfssao.core import srgb
-from lfssao.core.srgb import decode_table, to_codes, to_linear
+from lfssao.core.srgb import decode, decode_table, to_codes, to_linear
 
 
 def is_nearest(number, code):
@@ -48,3 +48,11 @@ def test_numbers_beyond_the_codes_and_shapes():
     assert to_codes(np.array([-1.0, 0.0, 0.2158605, 0.5, 1.0, 7.0, math.inf])).tolist() == [0, 0, 128, 188, *[255] * 3]
     assert to_codes(np.zeros((0, 3), np.float32)).shape == (0, 3)
     assert to_codes(np.ones((300, 300, 3), np.float32)[:, ::2]).shape == (300, 150, 3)
+
+
+def test_values_between_codes_are_the_nearest_numbers():
+    values = np.random.default_rng(7).random(2000) ** 2
+    decoded = decode(values)
+    assert decoded.dtype == np.float32
+    assert all(is_nearest(number, 255 * Fraction(value)) for number, value in zip(decoded, values, strict=True))
+    assert np.array_equal(decode(np.arange(256) / 255), decode_table())

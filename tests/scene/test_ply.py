@@ -108,7 +108,7 @@ TEXT = square().decode()
 
 @pytest.mark.parametrize("content", [
     TEXT.replace("\n", "\r"), TEXT.replace("\n", "\r\n"), "\ufeff" + TEXT, TEXT.encode("utf-16"),
-    TEXT.replace("0.0 \n", "0.0 \n\n \t\n"), TEXT.replace(" \n", " "), 
+    TEXT.replace("0.0 \n", "0.0 \n\n \t\n"), TEXT.replace(" \n", " "),
     TEXT[: TEXT.index("-1")] + TEXT[TEXT.index("-1") :].replace(" ", "\n"),
     TEXT.replace("element v", "obj_info by hand\ncomment c\n\nelement v"), TEXT.replace(" 0 1 2 3", "\t0\n1 2\n3"),
     *(square("binary_little_endian").replace(b"\n", end) for end in (b"\n", b"\r", b"\r\n")),

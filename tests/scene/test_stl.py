@@ -45,8 +45,8 @@ def five(red, green, blue):
     (binary(b"", (0x8000 | 31 << 10, 0x8000 | 31)), [five(31, 0, 0), five(0, 0, 31)], None),
     (binary(b"solid", (0x8000 | 7 << 10 | 9 << 5 | 20, 0)), [five(7, 9, 20), [1, 1, 1]], None),
     (binary(b"COLOR=\xff\x80\x00\xff", (0x8000, 0x8000)), [linear([255, 128, 0])] * 2, None),
-    (binary(b"xCOLOR=\x0a\x80\x00\xff,MATERIAL=", (20 << 10 | 9 << 5 | 7, 0xFFFF)), [five(7, 9, 20), linear([10, 128, 0])],
-     None),
+    (binary(b"xCOLOR=\x0a\x80\x00\xff,MATERIAL=", (20 << 10 | 9 << 5 | 7, 0xFFFF)),
+     [five(7, 9, 20), linear([10, 128, 0])], None),
     (binary(b"COLOR=\xff\x80\x00\xff"), [linear([255, 128, 0])] * 2, "no colours of their own"),
     (binary(b"COLOR=\xff\x80\x00\x7f", (0x8000, 0x8000)), [linear([255, 128, 0])] * 2, "in part transparent"),
 ])  # fmt: skip

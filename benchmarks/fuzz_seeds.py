@@ -11,6 +11,35 @@ from PIL import Image
 
 Files = dict[str, bytes]
 
+_QUADS = """ply
+format ascii 1.0
+comment TextureFile t.png
+element vertex 5
+property double x
+property double y
+property double z
+property ushort red
+property ushort green
+property ushort blue
+element face 2
+property list uchar int vertex_indices
+property list uchar float texcoord
+element tristrips 1
+property list int int vertex_indices
+end_header
+0 0 0 1 2 3 1 -1 0 4 5 6 1 1 0 7 8 9 -1 1 0 65535 0 1 -1 -1 0 2 3 4
+4 0 1 2 3 8 0 0 1 0 1 1 0 1
+5 1 2 3 4 0 10 0 0 1 0 1 1 0 1 0 0
+7 0 1 2 -1 2 3 4
+"""
+_COLORED = """COFF
+5 2 0
+0 0 0 255 0 0 1  1 -1 0 255 0 0 1  1 1 0 0 255 0 1
+-1 1 0 0 255 0 1
+-1 -1 0 0 0 255 1
+5 1 2 3 4 0
+3 0 1 2
+"""
 _TEXTURED = """mtllib a.mtl
 v -1 -1 0
 v 1 -1 0 1 0 0
@@ -37,7 +66,7 @@ def meshes() -> list[Files]:
     faces.visual.face_colors = np.arange(len(box.faces) * 4, dtype=np.uint8).reshape(-1, 4)
     picture = io.BytesIO()
     Image.fromarray(np.arange(48, dtype=np.uint8).reshape(4, 4, 3)).save(picture, "PNG")
-    material = b"newmtl red\nKd 1 0.2 0\nnewmtl picture\nKd 0.8 0.8 0.8\nmap_Kd t.png\n"
+    material = b"newmtl red\nKd 1 0.2 0\nnewmtl picture\nKd 0.8 0.8 0.8\nmap_Kd -s 1 1 -o 0 0 -clamp off t.png\n"
     beside = {"a.mtl": material, "t.png": picture.getvalue()}
     seeds = [{"a.obj": _TEXTURED.encode(), **beside}]
     for name, mesh, options in (
@@ -51,6 +80,10 @@ def meshes() -> list[Files]:
     ):
         content = mesh.export(**{"file_type": name[2:], **options})
         seeds.append({name: content if isinstance(content, bytes) else content.encode()})
+    attributes = bytearray(box.export(file_type="stl"))
+    attributes[84 + 48 :: 50] = bytes([0x1F]) * len(box.faces)
+    attributes[84 + 49 :: 50] = bytes([0x80]) * len(box.faces)
+    seeds += [{"a.ply": _QUADS.encode(), **beside}, {"a.off": _COLORED.encode()}, {"a.stl": bytes(attributes)}]
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(zipfile.ZipInfo("a.obj"), _TEXTURED)

@@ -1,6 +1,7 @@
 """Lines of OBJ files."""
 
 from array import array
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -59,12 +60,13 @@ class Lines:
                     else:
                         self._take_vertex(_floats(words[1:]))
                 elif key in ("f", "fo"):
-                    self._take_face(words[1:], number)
+                    self._take_face(map(self._absolute, words[1:]) if "-" in line else words[1:], number)
                 elif key == "vn":
                     x, y, z = _floats(words[1:])
                     self.normals.extend((x, y, z))
                 elif key == "vt":
-                    self.coordinates.extend([*_floats(words[1:4]), 0.0][:2])  # v may be left out, which is then 0
+                    u, v = [*_floats(words[1:4]), 0.0][:2]  # v may be left out, which is then 0
+                    self.coordinates.extend((u, v))
                 else:
                     self._take_other(key, line.strip()[len(key) :].strip(), number)
         except ValueError as error:
@@ -89,11 +91,10 @@ class Lines:
             case _:
                 raise ValueError(f"a vertex has {len(values)} numbers")
 
-    def _take_face(self, words: list[str], line: int) -> None:
-        if any("-" in word for word in words):
-            words = [self._absolute(word) for word in words]
-        self.corners.extend(map(self.table.__getitem__, words))
-        self.counts.append(len(words))
+    def _take_face(self, words: Iterable[str], line: int) -> None:
+        corners = [self.table[word] for word in words]
+        self.corners.extend(corners)
+        self.counts.append(len(corners))
         self.lines.append(line)
         self.materials.append(self._material)
 

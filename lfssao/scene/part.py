@@ -14,7 +14,7 @@ from lfssao.scene.mesh import REPEATED, FloatArray, Paint, Sampler
 TOO_FEW_CORNERS = "faces of fewer than three corners are left out"
 TRANSPARENT = "its colours are in part transparent: they are taken for opaque"
 TWO_COLORS = "colours of its faces are left out, as its vertices have colours"
-NO_COORDINATES = "an image is left out, as its faces have no texture coordinates"
+NO_COORDINATES = "an image is left out of faces that have no texture coordinates"
 
 
 def _white() -> NDArray[np.float32]:

@@ -18,7 +18,10 @@ _LEAST_CODE = 2.0  # colours up to a value below it are fractions that exceed 1
 
 
 def as_text(data: bytes) -> str:
-    """Text with a line feed at each line's end; without a byte order mark it is UTF-8, or else taken for Latin-1."""
+    """Text with a line feed at each line's end; without a byte order mark it is UTF-8, or else taken for Latin-1.
+
+    Zeros and the end-of-file character of DOS are left out at its end.
+    """
     for mark, encoding in _MARKS.items():
         if data.startswith(mark):
             text = data[len(mark) :].decode(encoding, "replace")
@@ -28,6 +31,7 @@ def as_text(data: bytes) -> str:
             text = data.decode("utf-8")
         except UnicodeDecodeError:  # as old exporters write names and comments
             text = data.decode("latin-1")
+    text = text.rstrip("\0\x1a")
     return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
 

@@ -26,6 +26,7 @@ def folder(tmp_path):
 
 @pytest.mark.parametrize("content", [
     PLAIN, PLAIN.replace("\n", "\r"), PLAIN.replace("\n", "\r\n"), "\ufeff" + PLAIN, PLAIN.encode("utf-16"),
+    PLAIN + "\x1a",
     b"\xfe\xff" + PLAIN.encode("utf-16-be"), PLAIN.replace(" ", "\t").replace("v", " \tv"), PLAIN.strip(),
     PLAIN.replace("\n", " # top\n"), PLAIN.replace("\n", "# top\n"), PLAIN.replace("2 3", "\\\n2 \\\n\\\n 3"),
     V + "# C:\\\nf 1 2 3 4", V + "f -4 -3 -2 -1\n", V + "f 1/ 2// 3/ 4\n", "g a\no b\ns off\n" + V + "f 1 2 -2 4\n",
@@ -189,7 +190,7 @@ def test_options_of_images(folder, line, scale, offset, note):
     (V + "f 1//9 2//9 3//9 4//9\n", "normals that do not exist"),
     (V + "usemtl a\nf 1 2 3 4\n", "no file has its material 'a'"),
     (V + "mtllib m.mtl\nusemtl b\nf 1 2 3 4\n", "no file has its material 'b'"),
-    (MAPPED.replace("1/1", "1"), "an image is left out, as its faces have no texture coordinates"),
+    (MAPPED.replace("1/1", "1"), "an image is left out of faces that have no texture coordinates"),
 ])  # fmt: skip
 def test_notes(folder, text, note):
     mesh = loaded(folder, "a.obj", text, m="newmtl a\nmap_Kd t.png\n")
@@ -200,7 +201,8 @@ def test_notes(folder, text, note):
     (PLAIN + "v 1 2\n", "line 6: a vertex has 2 numbers"), (PLAIN + "v 1 2 3 4 5\n", "line 6: a vertex has 5 numbers"),
     (PLAIN + "v 1 2 3 0\n", "line 6: a vertex has w = 0"), (PLAIN + "v 1 2_0 3\n", "line 6: .* has an underscore"),
     (PLAIN + "v 1 2 z\n", "line 6: 'v 1 2 z' has a word that is no number"),
-    (PLAIN + "vn 1 2\n", "line 6: 'vn 1 2' has"), (PLAIN + "f 1 2 3_0\n", "line 6: no corner: 3_0"),
+    (PLAIN + "vn 1 2\n", "line 6: 'vn 1 2' has"), (PLAIN + "vt\n", "line 6: 'vt' has"),
+    (PLAIN + "f 1 2 3_0\n", "line 6: no corner: 3_0"),
     (PLAIN + "f 1 \\\n2 9\n", "line 6: a face names a vertex that does not exist: 9 of 4"),
     (PLAIN + "f 1 2 -5\n", "line 6: a face names a vertex that does not exist: -5"),
     (PLAIN + "f 1/1/1/1 2 3\n", "line 6: no corner"), (PLAIN + "call b.obj\n", "line 6: 'call' makes"),

@@ -21,6 +21,7 @@ def four(values):
 
 @pytest.mark.parametrize("content", [
     PLAIN, PLAIN.replace("\n", " "), PLAIN.replace("\n", "\r"), PLAIN.replace("\n", "\r\n\r\n"), PLAIN.encode("utf-16"),
+    PLAIN + "\0\0",
     "\ufeff" + PLAIN, PLAIN.replace(" ", "\t"), PLAIN.removeprefix("OFF\n"), PLAIN.replace("OFF\n", "off "),
     PLAIN.replace("4 1 0\n", "# one\n\n4 1 # two\n"), PLAIN.replace("4 1 0", "4\n1\n0"), PLAIN.replace(" 0\n", " 0 "),
     PLAIN.replace("1 2 3\n", "1\n2 3 # quad"), f"4OFF\n4 1 0\n{rows(CORNERS * 4, four(4))}4 0 1 2 3\n",

@@ -1,6 +1,8 @@
 """``lfssao ao``: AO, merge, blur and shading of the textures of somebody's own renderer."""
 
 import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,21 +12,29 @@ from lfssao.cli import values
 from lfssao.cli.job_options import add_ao_options, ao_settings
 from lfssao.cli.terminal import printable, working
 from lfssao.core.files import check_folder, output_folder
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.rendering.conversion import Single, buffers_of, upright
 from lfssao.rendering.exr import write_exr
-from lfssao.rendering.image_file import read_image_file
+from lfssao.rendering.image_file import ImagePart, Margins, Size, guard_of, read_image_file
 from lfssao.rendering.manifest import FORMAT, describe_machine, describe_settings
 from lfssao.rendering.output import entry_of, exr_parts, write_manifest
 from lfssao.rendering.passes import finish_view
 from lfssao.rendering.settings import LAYERS
 from lfssao.rendering.view_file import read_description
-from lfssao.verify.compare.layers import layers_of
+from lfssao.verify.compare.layers import Layer, Matcher, layers_of
 
-# Layer of each option's file, and its number of channels.
-_TEXTURES = {"depth": ("depth", 1), "positions": ("positions", 3), "normals": ("normals", 3), "image": ("color", 3)}
+# Layer of each option's file, and its channels.
+_TEXTURES = {
+    "depth": ("depth", ("Z",)),
+    "positions": ("positions", ("P.X", "P.Y", "P.Z")),
+    "normals": ("normals", ("N.X", "N.Y", "N.Z")),
+    "image": ("color", ("color.R", "color.G", "color.B")),
+}
+_MAP = """a layer or channel of the files is the layer or channel of an option, as in ViewLayer.Normal=normals; may be
+    given several times"""
 _FILE: dict[str, Any] = {"type": Path, "metavar": "FILE"}
+_FEW = 6  # channels of a layer that a sentence names
 _BUFFERS = "how they were seen and what they hold: a .toml file (see below), or a folder that 'lfssao render' wrote"
 
 
@@ -41,6 +51,7 @@ def add_to(ao: argparse.ArgumentParser) -> None:
     add("--positions", **_FILE, help=positions)
     add("--normals", **_FILE, help="the layer normals (N.X N.Y N.Z), or the only one of three channels, or of two")
     add("--image", **_FILE, help="linear colour, the layer color or the only one of three channels, to be shaded too")
+    add("--map", action="append", default=[], metavar="MINE=LAYER", help=_MAP)
     add("--buffers", **_FILE, required=True, help=_BUFFERS)
     add("--view", metavar="NAME", help="the view of such a folder (default: that of the name of the depth's file)")
     several: dict[str, Any] = {"type": lambda text: tuple(map(values.radius, text.split(","))), "metavar": "R,R,..."}
@@ -54,20 +65,23 @@ def _ao(options: argparse.Namespace) -> None:
     left_out = {"color", "shaded"} if "image" not in given else set()
     layers = tuple(name for name in LAYERS if name not in left_out)
     kind = "geometric" if "normals" in given else None
-    sampling, settings = ao_settings(options, options.radii, normals=kind, layers=layers)
+    rules = {layer: mine for mine, layer in values.pairs("--map", options.map, "MINE=LAYER", 1)}
+    for name in rules:
+        with errors_of("--map"):
+            check_choice("layer", name, [n for key in given for n in Layer(*_TEXTURES[key], (), None).names])
     target = options.output / f"{options.depth.stem}.exr"
     if target.resolve() in [path.resolve() for path in given.values()]:
         raise InputError(f"--output: {target} is an input, give another folder")
     check_folder(options.output)
-    depth, guard = _read("depth", options.depth)
-    size = depth.shape[1], depth.shape[0], guard
-    said = read_description(options.buffers, options.view or options.depth.stem, size)
+    depth, margins = _read("depth", options.depth, rules)
+    size, guard = depth.shape[::-1], guard_of(margins)
+    sampling, settings = ao_settings(options, options.radii, {size}, normals=kind, layers=layers)
+    said = read_description(options.buffers, options.view or options.depth.stem, (*size, guard))
     textures = {"depth": depth}
     for name, path in list(given.items())[1:]:
-        textures[name], _ = _read(name, path, 2 if name == "normals" and "octahedral" in said.normals_kind else None)
-        if textures[name].shape[:2] != depth.shape:
-            shape, wanted = (f"{t.shape[1]}x{t.shape[0]}" for t in (textures[name], depth))
-            raise InputError(f"--{name}: {path} has {shape} texels, depth has {wanted}")
+        textures[name], others = _read(name, path, rules, size, name == "normals" and "octahedral" in said.normals_kind)
+        if margins is not None and others is not None and others != margins:
+            raise InputError(f"--{name}: {path}: its guard band is of {others[0]} texels, that of depth of {guard}")
     buffers = buffers_of(textures, said)
     color = upright(textures, said).get("image")
     surface = np.where(np.isfinite(buffers.depth), 0, -1).astype(np.int32)
@@ -90,21 +104,54 @@ def _ao(options: argparse.Namespace) -> None:
     print(printable(str(target)), flush=True)
 
 
-def _read(option: str, path: Path, channels: int | None = None) -> tuple[Single, int]:
-    """A layer of a file, (H, W) or (H, W, count), and the width of its guard band; alpha is left out."""
-    name, count = _TEXTURES[option][0], channels or _TEXTURES[option][1]
-    found = layers_of(read_image_file(path))
-    layers = {layer: len(layer.channels) - (layer.channels[3:] in (("A",), (f"{layer.name}.A",))) for layer in found}
-    fitting = [layer for layer in layers if layer.name == name] or [each for each, n in layers.items() if n == count]
-    if len(fitting) != 1 or layers[fitting[0]] != count:
-        held = "; ".join(f"{layer.name} of {', '.join(layer.channels)}" for layer in layers)
-        wanted = f"expected a layer {name} or just one of {count} channels"
-        raise InputError(f"--{option}: {path}: {wanted}, it holds {held}")
-    planes, (x, y) = fitting[0].planes[:count], fitting[0].origin or (0, 0)
-    if {str(plane.dtype) for plane in planes} - {"float16", "float32"}:
-        raise InputError(f"--{option}: {path}: it is of {planes[0].dtype}, expected float32 or half")
-    if x != y or x > 0 or -2 * x >= min(planes[0].shape):
-        reason = f"its data window begins at ({x}, {y}), expected (0, 0), or (-N, -N) for a guard band"
-        raise InputError(f"--{option}: {path}: {reason}")
+def _read(
+    option: str, path: Path, rules: Mapping[str, str], size: Size | None = None, octahedral: bool = False
+) -> tuple[Single, Margins | None]:
+    """A layer of a file, (H, W) or (H, W, count), and its margins; alpha is left out.
+
+    ``rules`` are names of layers and channels here, each with the file's own. InputError if it is not there, of another
+    type, or not of the ``size``.
+    """
+    name, channels = _TEXTURES[option]
+    channels = channels[: 2 if octahedral else None]
+    with errors_of(f"--{option}"):
+        parts = read_image_file(path, sizes=None if size is None else [size])
+        with errors_of(str(path)):
+            layer = _layer(parts, Layer(name, channels, (), None), rules)
+            planes = layer.planes
+            if size is not None and planes[0].shape[::-1] != size:
+                there, wanted = ("{}x{}".format(*each) for each in (planes[0].shape[::-1], size))
+                raise InputError(f"it has {there} texels, depth has {wanted}")
+            if {str(plane.dtype) for plane in planes} - {"float16", "float32"}:
+                raise InputError(f"it is of {planes[0].dtype}, expected float32 or half")
+            guard_of(layer.margins)
     texture = np.stack(planes, axis=-1).astype(np.float32)
-    return texture[..., 0] if count == 1 else texture, -x
+    return texture[..., 0] if len(channels) == 1 else texture, layer.margins
+
+
+def _layer(parts: Sequence[ImagePart], wanted: Layer, rules: Mapping[str, str]) -> Layer:
+    """The layer that a rule names, else that of the name, else the only one of as many channels (InputError)."""
+    count = len(wanted.channels)
+    opaque = [_without_alpha(layer) for layer in layers_of(parts)]
+    if not rules.keys().isdisjoint(wanted.names):
+        named = [ImagePart(each.name, each.channels, each.planes, each.margins) for each in opaque]
+        matcher = Matcher(named, [wanted], rules)
+        found = matcher.find(wanted)
+        if found is None:
+            raise InputError(matcher.why_missing(wanted))
+        return found
+    fitting = [layer for layer in opaque if layer.name == wanted.name] or [
+        layer for layer in opaque if len(layer.channels) == count
+    ]
+    if len(fitting) != 1 or len(fitting[0].channels) != count:
+        held = "; ".join(f"{layer.name} of {', '.join(layer.channels[:_FEW])}" for layer in opaque)
+        rule = f"; name one by --map, such as --map {fitting[0].name}={wanted.name}" if len(fitting) > 1 else ""
+        one = f"expected a layer {wanted.name} or just one of {count} channel{'s' * (count > 1)}"
+        raise InputError(f"{one}, it holds {held}{rule}")
+    return fitting[0]
+
+
+def _without_alpha(layer: Layer) -> Layer:
+    """The layer without the fourth channel if that is A."""
+    count = 3 if [c.rpartition(".")[2] for c in layer.channels[3:]] == ["A"] else None
+    return replace(layer, channels=layer.channels[:count], planes=layer.planes[:count])

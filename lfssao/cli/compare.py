@@ -5,6 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from lfssao.cli import values
 from lfssao.cli.terminal import printable, progress, working
 from lfssao.errors import InputError
 from lfssao.verify.compare.compare import Comparison
@@ -69,7 +70,7 @@ def _compare(options: argparse.Namespace) -> int:
         if target is not None and not Path(target).parent.is_dir():
             raise InputError(f"--{name}: there is no folder {Path(target).parent}")
     layers, cases = (None if names is None else names.split(",") for names in (options.layers, options.cases))
-    rules = {reference: mine for mine, reference in _pairs("--map", options.map, "MINE=REFERENCE", 1)}
+    rules = {reference: mine for mine, reference in values.pairs("--map", options.map, "MINE=REFERENCE", 1)}
     comparison = Comparison(
         Path(options.mine),
         Path(options.reference),
@@ -82,7 +83,7 @@ def _compare(options: argparse.Namespace) -> int:
         options.mesh,
         diagnosis=not options.no_diagnosis,
         page=options.html is not None,
-        stored=dict(_pairs("--stored", options.stored, "LAYER=FORMAT", 0)),
+        stored=dict(values.pairs("--stored", options.stored, "LAYER=FORMAT", 0)),
         files=options.files,
         background=options.background,
     )
@@ -98,14 +99,3 @@ def _compare(options: argparse.Namespace) -> int:
     with suppress(BrokenPipeError):  # the reader of the text may have gone; the exit code still counts
         print("\n".join(printable(line) for line in str(report).split("\n")), flush=True)
     return report.exit_code
-
-
-def _pairs(option: str, words: list[str], form: str, key: int) -> list[list[str]]:
-    """The two words of each use of an option, of which the one in place ``key`` is given once."""
-    pairs = [word.split("=", 1) for word in words]
-    for word, pair in zip(words, pairs, strict=True):
-        if len(pair) < 2 or not all(pair):
-            raise InputError(f"{option}: '{word[:40]}' is not {form}")
-        if [other[key] for other in pairs].count(pair[key]) > 1:
-            raise InputError(f"{option}: '{pair[key][:40]}' is given twice")
-    return pairs

@@ -1,7 +1,7 @@
 """``lfssao estimators``: the estimators of occlusion and their parameters."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from lfssao.ao.estimators.published import find_published, published_names, publ
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator, full_parameters
 from lfssao.cli import values
 from lfssao.errors import InputError, errors_of
-from lfssao.rendering.image_file import ENDINGS, read_angles
+from lfssao.rendering.image_file import ENDINGS, Size, read_angles
 from lfssao.samples import make_samples
 
 
@@ -89,12 +89,13 @@ def read_parameters(
         return full_parameters(estimator, {**others, **read})
 
 
-def read_rotation(options: argparse.Namespace) -> str | NDArray[Any] | None:
-    """The rotation that ``--rotate`` and ``--rotate-rows`` ask for; InputError for a file without angles."""
+def read_rotation(options: argparse.Namespace, sizes: Collection[Size]) -> str | NDArray[Any] | None:
+    """The rotation that ``--rotate`` and ``--rotate-rows`` ask for; InputError for a file without angles of a size."""
     name: str | None = options.rotate
     rows = options.rotate_rows
     if name is not None and name.lower().endswith(ENDINGS):
-        return read_angles(Path(name), rows == "below")
+        with errors_of("--rotate"):
+            return read_angles(Path(name), rows == "below", sizes)
     if rows is not None:
         raise InputError(f"--rotate-rows is for a file of angles ({', '.join(ENDINGS)}), give it by --rotate")
     return name

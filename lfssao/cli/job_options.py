@@ -1,6 +1,7 @@
 """The options that say what is rendered, from what, how and where to, and the job that they describe."""
 
 import argparse
+from collections.abc import Collection
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from lfssao.optics.display_file import find_display
 from lfssao.optics.view import MOST_GUARD, View, check_positions
 from lfssao.rendering import doubts, manifest
 from lfssao.rendering.animation import frame_bounds, read_transforms, swept_bounds, turntable
+from lfssao.rendering.image_file import Size
 from lfssao.rendering.job import Job
 from lfssao.rendering.run import check_memory
 from lfssao.rendering.settings import LAYERS, Settings, default_radii, diagonal
@@ -136,7 +138,7 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     display = _display(options)
     names = "normals", "neighbours", "caster", "layers"
     more = {"color_filter": options.filter, **{name: getattr(options, name) for name in names}}
-    sampling, settings = ao_settings(options, (0.0,), **more)  # the radii depend on the scene
+    sampling, settings = ao_settings(options, (0.0,), _sizes(options, display), **more)  # the radii depend on the scene
     if options.output is not None:
         check_folder(Path(options.output))
     mesh = find_scene(options.scene, options.texture)
@@ -185,8 +187,21 @@ def _display(options: argparse.Namespace) -> Display:
         return find_display("sample-a" if options.display is None else options.display)
 
 
-def ao_settings(options: argparse.Namespace, radii: tuple[float, ...], **more: Any) -> tuple[dict[str, Any], Settings]:
-    """The manifest's entry of the samples, and the settings of ``add_ao_options``'s options, and of ``more``."""
+def _sizes(options: argparse.Namespace, display: Display) -> set[Size]:
+    """Sizes of the textures that are rendered, guard bands included."""
+    sizes = [(module.width, module.height) for module in display.modules]
+    if options.camera is not None or options.resolution is not None:
+        sizes = [options.resolution or CAMERA_RESOLUTION]
+    return {(width + 2 * options.guard, height + 2 * options.guard) for width, height in sizes}
+
+
+def ao_settings(
+    options: argparse.Namespace, radii: tuple[float, ...], sizes: Collection[Size], **more: Any
+) -> tuple[dict[str, Any], Settings]:
+    """The manifest's entry of the samples, and the settings of ``add_ao_options``'s options, and of ``more``.
+
+    ``sizes`` are those of the textures with their guard bands.
+    """
     others = estimators.take_published(options)
     with errors_of("--estimator"):
         estimator = find_estimator(options.estimator)
@@ -202,7 +217,7 @@ def ao_settings(options: argparse.Namespace, radii: tuple[float, ...], **more: A
         parameters=parameters,
         units=options.units,
         weights=weights,
-        rotation=estimators.read_rotation(options),
+        rotation=estimators.read_rotation(options, sizes),
         rotation_seed=options.seed or 0,
         **more,
     )

@@ -109,6 +109,17 @@ def parameter(text: str) -> tuple[str, str]:
     return name, value
 
 
+def pairs(option: str, words: list[str], form: str, key: int) -> list[list[str]]:
+    """The two words of each use of an option, of which the one in place ``key`` is given once (InputError)."""
+    pairs = [word.split("=", 1) for word in words]
+    for word, pair in zip(words, pairs, strict=True):
+        if len(pair) < 2 or not all(pair):
+            raise InputError(f"{option}: '{word[:40]}' is not {form}")
+        if [other[key] for other in pairs].count(pair[key]) > 1:
+            raise InputError(f"{option}: '{pair[key][:40]}' is given twice")
+    return pairs
+
+
 def typed(text: str, kind: type) -> float | int | str | bool:
     """A value of a type: true or false, a whole number, a number, or the text itself."""
     if kind is bool:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.core.memory import check_available
 from lfssao.errors import InputError
 
 _MOST_HEADER = 10_000  # bytes before the numbers
@@ -32,6 +33,7 @@ def read_npy(path: Path) -> NDArray[Any]:
         needed, there = prod(shape) * dtype.itemsize, path.stat().st_size - begin
         if needed != there:
             raise InputError(f"{path}: it is damaged (shape {shape} needs {needed} bytes, has {there})")
+        check_available(f"{path}: its numbers", needed)
         numbers = np.fromfile(path, dtype, offset=begin).reshape(shape, order="F" if by_columns else "C")
     except InputError:
         raise

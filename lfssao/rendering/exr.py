@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from lfssao.core.arguments import check_unmasked, check_whole
 from lfssao.core.files import write_whole
-from lfssao.errors import InputError, check_choice, check_type, shown
-from lfssao.rendering.image_file import PARTS, PREFIX, first_line, read_image_file, utf8_name
+from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
+from lfssao.rendering.image_file import PARTS, PREFIX, first_line, guard_of, read_image_file, utf8_name
 
 _KINDS = {"name": str, "channels": tuple | list, "pixels": np.ndarray, "attributes": Mapping}  # of a part
 _LARGEST = float(np.finfo(np.float32).max)
@@ -176,6 +176,7 @@ def read_exr(path: str | Path, names: Collection[str] | None = None) -> dict[str
     parts: dict[str, Part] = {}
     for image in read_image_file(Path(path), ("openexr",), lambda name, _: names is None or name in names):
         pixels = np.stack(image.planes, axis=-1).astype(np.float32, copy=False)
-        guard = -image.origin[0] if image.origin else 0
+        with errors_of(f"{path}: part {image.name}"):
+            guard = guard_of(image.margins)
         parts[image.name] = Part(image.name, image.channels, pixels, image.attributes, guard)
     return parts

@@ -2,12 +2,13 @@
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
@@ -21,6 +22,7 @@ ENDINGS = (".exr", ".tif", ".tiff", ".png", ".npy")
 PREFIX = "lfssao:"  # begins the names of lfssao's attributes in EXR files
 PARTS = "parts"  # the attribute of a part that holds several: name, channels, guard band and attributes of each
 _FORMATS = ("openexr", "tiff", "png")
+_DTYPES = {"half": "float16", "float": "float32", "int": "int32", "uint": "uint32"}  # that NumPy calls otherwise
 
 # A header may claim any size, and the reader allocates it before it decodes. Deflate, in EXR, TIFF and PNG, expands at
 # most 1032 times; other compressions may expand a blank image more, so small images always pass.
@@ -28,6 +30,8 @@ _MOST_EXPANSION = 2048
 _HARMLESS = 256 * 2**20
 
 Keep = Callable[[str, tuple[str, ...]], bool]
+Margins = tuple[int, int, int, int]
+Size = tuple[int, int]  # width and height, texels
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,32 +41,46 @@ class ImagePart:
     name: str  # the part's name in an EXR file; '' where the format or the file has none
     channels: tuple[str, ...]  # 'Y', 'R', 'G', 'B', 'A' by their number where the format has no names
     planes: tuple[NDArray[Any], ...]  # the channels, (H, W), each in the file's own type
-    origin: tuple[int, int] | None = None  # x and y of the data window; None where the format has none
+    # texels that the data window has beyond the display window: left, above, right, below; None: there are no windows
+    margins: Margins | None = None
     attributes: Mapping[str, Any] = field(default_factory=dict)  # metadata that lfssao wrote, strings and numbers
 
 
-def read_image_file(path: Path, formats: tuple[str, ...] = _FORMATS, keep: Keep | None = None) -> list[ImagePart]:
+def read_image_file(
+    path: Path, formats: tuple[str, ...] = _FORMATS, keep: Keep | None = None, sizes: Collection[Size] | None = None
+) -> list[ImagePart]:
     """All parts of a file, in its order, of the formats that are accepted, by OpenImageIO's names, or NPY.
 
-    ``keep`` says by the names of a part and of its channels whether to read it; NPY is always read. The ending .npy
-    means NPY; other formats are recognised by their content. Raises InputError if the file is missing, of another
-    format, damaged, or claims to hold more than it can.
+    Row 0 is the upper one and column 0 the left one, whatever the file's Orientation. ``keep`` says by the names of a
+    part and of its channels whether to read it; NPY is always read. Parts of other sizes than ``sizes`` are not
+    decoded: their planes are 0 and take no memory. The ending .npy means NPY; other formats are recognised by their
+    content. Raises InputError if the file is missing, of another format, damaged, or claims to hold more than it can.
     """
     check_file(path)
     if path.suffix.lower() == ".npy":
         pixels = read_npy(path)
         if pixels.ndim not in (1, 2, 3) or pixels.size == 0:
             raise InputError(f"{path}: it holds {pixels.dtype} {pixels.shape}, expected numbers (H, W) or (H, W, C)")
-        return [part_of(pixels)]
+        return [part_of(np.moveaxis(pixels, 0, -1) if _has_channels_first(pixels, sizes) else pixels)]
     try:
-        return _read_with_oiio(path, formats, keep)
+        return _read_with_oiio(path, formats, keep, sizes)
     except UnicodeDecodeError:  # OpenImageIO hands over names and messages as they are in the file
         raise InputError(f"{path}: it is damaged (a name in its header is not UTF-8)") from None
     except OSError as error:
         raise InputError(f"{path}: it cannot be read ({error.strerror or error})") from error
 
 
-def _read_with_oiio(path: Path, formats: tuple[str, ...], keep: Keep | None) -> list[ImagePart]:
+def _has_channels_first(pixels: NDArray[Any], sizes: Collection[Size] | None) -> bool:
+    """Whether an array is (C, H, W) and not (H, W, C): of one of the sizes alone, or with 1 to 4 and then more."""
+    if pixels.ndim != 3 or pixels.shape[0] > 4:
+        return False
+    height, width, deep = pixels.shape
+    return deep > 4 if sizes is None else (width, height) not in sizes and (deep, width) in sizes
+
+
+def _read_with_oiio(
+    path: Path, formats: tuple[str, ...], keep: Keep | None, sizes: Collection[Size] | None
+) -> list[ImagePart]:
     plain = oiio.ImageSpec()
     plain.attribute("oiio:UnassociatedAlpha", 1)  # else colour comes multiplied by alpha
     source = oiio.ImageInput.open(utf8_name(path), plain)
@@ -76,11 +94,15 @@ def _read_with_oiio(path: Path, formats: tuple[str, ...], keep: Keep | None) -> 
         specs: list[Any] = []
         while source.seek_subimage(len(specs), 0):
             specs.append(source.spec().copy())
+        source.geterror()  # that of the search for one more part
         _check_sizes(path, specs)
         names = [str(spec.get_string_attribute("name")) for spec in specs]
         several = [spec.getattribute(PREFIX + PARTS) is not None for spec in specs]
         kept = [k for k, s in enumerate(specs) if keep is None or several[k] or keep(names[k], tuple(s.channelnames))]
-        parts = [_read_part(path, source, k, specs[k]) for k in kept]
+        decoded = [sizes is None or several[k] or _seen_size(path, specs[k]) in sizes for k in kept]
+        needed = sum(_bytes_in_memory(specs[k]) for k, wanted in zip(kept, decoded, strict=True) if wanted)
+        check_available(f"{path}: its texels", 2 * needed)  # once in the decoder
+        parts = [_read_part(path, source, k, specs[k], wanted) for k, wanted in zip(kept, decoded, strict=True)]
     finally:
         source.close()
     if len(set(names)) < len(names) and any(names):
@@ -94,13 +116,15 @@ def _read_with_oiio(path: Path, formats: tuple[str, ...], keep: Keep | None) -> 
 def _taken_apart(path: Path, joined: ImagePart) -> list[ImagePart]:
     """The parts that ``write_exr`` put into one, each with its own attributes, channels and guard band."""
     planes, own = dict(zip(joined.channels, joined.planes, strict=True)), dict(joined.attributes)
-    band, parts = -joined.origin[0] if joined.origin else 0, []
+    (band, *others), parts = joined.margins or (0,), []
     try:
+        if {*others} - {band}:
+            raise ValueError
         for name, channels, guard, attributes in json.loads(own.pop(PARTS)):
             cut = tuple(without_guard(planes[channel], band - guard) for channel in channels)
             if not 0 <= guard <= band or not cut or 0 in cut[0].shape:
                 raise ValueError
-            parts.append(ImagePart(str(name), tuple(channels), cut, (-guard, -guard), {**attributes, **own}))
+            parts.append(ImagePart(str(name), tuple(channels), cut, (guard,) * 4, {**attributes, **own}))
             own = {}  # they are the first part's
     except (LookupError, TypeError, ValueError, RecursionError):
         raise InputError(f"{path}: it is damaged (its parts are not as its metadata say)") from None
@@ -122,7 +146,6 @@ def _check_sizes(path: Path, specs: list[Any]) -> None:
         tiles = f" in tiles of {most.tile_width}x{most.tile_height}" if most.tile_width else ""
         size = f"{most.width}x{most.height} texels{tiles}, {claimed / 1e9:.3g} GB in all"
         raise InputError(f"{path}: its header claims {size}; a file of {there} bytes cannot hold that")
-    check_available(f"{path}: its texels", claimed)
 
 
 def _bytes_in_memory(spec: Any) -> int:
@@ -132,21 +155,63 @@ def _bytes_in_memory(spec: Any) -> int:
     return int(texels * spec.pixel_bytes(True))
 
 
-def _read_part(path: Path, source: Any, number: int, spec: Any) -> ImagePart:
+def _read_part(path: Path, source: Any, number: int, spec: Any, decoded: bool) -> ImagePart:
     """One part; successive channels of one type are read in that type, as conversion would normalise integers."""
     types = [str(t) for t in spec.channelformats] or [str(spec.format)] * spec.nchannels
     planes: list[NDArray[Any]] = []
     for kind, channels in groupby(types):
-        begin = len(planes)
-        pixels = source.read_image(number, 0, begin, begin + len(list(channels)), oiio.TypeDesc(kind))
+        begin, count = len(planes), len(list(channels))
+        if not decoded:
+            planes += [np.broadcast_to(np.zeros(1, _DTYPES.get(kind, kind)), (spec.height, spec.width))] * count
+            continue
+        pixels = source.read_image(number, 0, begin, begin + count, oiio.TypeDesc(kind))
         if pixels is None:
             raise InputError(f"{path}: part {number} cannot be read ({first_line(source.geterror())})")
         planes.extend(pixels[..., k] for k in range(pixels.shape[2]))
     if len(set(spec.channelnames)) < len(spec.channelnames):
         raise InputError(f"{path}: part {number} has two channels of one name")
-    name, origin = spec.get_string_attribute("name"), (spec.x, spec.y) if source.format_name() == "openexr" else None
+    turned, mirrored, upwards = _orientation(path, spec)
+    planes = [(p.T if turned else p)[:: -1 if upwards else 1, :: -1 if mirrored else 1] for p in planes]
     own = {a.name.removeprefix(PREFIX): a.value for a in spec.extra_attribs if a.name.startswith(PREFIX)}
-    return ImagePart(name, tuple(spec.channelnames), tuple(planes), origin, own)
+    margins = _margins(spec, turned, mirrored, upwards)
+    windows = source.format_name() == "openexr" or any(margins)
+    name = spec.get_string_attribute("name")
+    return ImagePart(name, tuple(spec.channelnames), tuple(planes), margins if windows else None, own)
+
+
+def _orientation(path: Path, spec: Any) -> tuple[bool, bool, bool]:
+    """Whether columns are stored as rows, and then whether from the right, and from below (TIFF 6, Orientation)."""
+    number = spec.getattribute("Orientation")
+    if number is None:
+        return False, False, False
+    if number not in range(1, 9):
+        raise InputError(f"{path}: its Orientation is {number!r:.40}, expected 1 to 8")
+    return number > 4, number in (2, 3, 6, 7), number in (3, 4, 7, 8)
+
+
+def _seen_size(path: Path, spec: Any) -> Size:
+    """Width and height of a part as it is seen."""
+    return (spec.height, spec.width) if _orientation(path, spec)[0] else (spec.width, spec.height)
+
+
+def _margins(spec: Any, turned: bool, mirrored: bool, upwards: bool) -> Margins:
+    """Texels that the data window has beyond the display window on each side, as it is seen."""
+    left, above = spec.full_x - spec.x, spec.full_y - spec.y
+    right, below = spec.width - spec.full_width - left, spec.height - spec.full_height - above
+    if turned:
+        left, above, right, below = above, left, below, right
+    left, right = (right, left) if mirrored else (left, right)
+    above, below = (below, above) if upwards else (above, below)
+    return left, above, right, below
+
+
+def guard_of(margins: Margins | None) -> int:
+    """Width of the guard band, texels; InputError if the data window is of another form."""
+    guard, *others = margins or (0,)
+    if guard < 0 or {*others} - {guard}:
+        beyond = f"its data window reaches beyond its display window by {', '.join(map(str, (guard, *others)))} texels"
+        raise InputError(f"{beyond} (left, above, right, below), expected 0, or the same on all, a guard band")
+    return guard
 
 
 def utf8_name(path: Path) -> str:
@@ -164,11 +229,18 @@ def first_line(message: str) -> str:
     return re.sub(r"^EXR Error \(.*?\.exr\): ", "", first) or "OpenImageIO gives no reason"
 
 
-def read_angles(path: Path, below: bool) -> NDArray[Any]:
-    """The one channel of a file, (H, W), from the uppermost row on; below: whether the file begins with the lowest."""
-    planes = [plane for part in read_image_file(path) for plane in part.planes]
+def read_angles(path: Path, below: bool, sizes: Collection[Size] | None = None) -> NDArray[Any]:
+    """The one channel of a file, (H, W), from the uppermost row on; InputError if it is not of one of the sizes.
+
+    below: whether the file begins with the lowest row.
+    """
+    planes = [plane for part in read_image_file(path, sizes=sizes) for plane in part.planes]
     if len(planes) != 1:
         raise InputError(f"{path}: it has {len(planes)} channels, angles are one")
+    size = planes[0].shape[::-1]
+    if sizes is not None and size not in sizes:
+        wanted = " or ".join("{}x{}".format(*each) for each in sorted(sizes)[:3])
+        raise InputError(f"{path}: it has {size[0]}x{size[1]} angles, textures with guard have {wanted}")
     return planes[0][::-1] if below else planes[0]
 
 

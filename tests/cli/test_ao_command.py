@@ -138,7 +138,7 @@ def test_half_is_widened_exactly(inputs):
 
 
 @pytest.mark.parametrize(("changes", "reason"), [
-    ({"--positions": "small.npy"}, "--positions: small.npy has 8x5 texels, depth has 8x6"),
+    ({"--positions": "small.npy"}, "--positions: small.npy: it has 8x5 texels, depth has 8x6"),
     ({"--estimator": "foo"}, "--estimator: there is no estimator 'foo'"),
     ({"--estimator": "alchemy", "--parameter": "k=x"}, "--parameter k: 'x' is not a number"),
     ({"--estimator": "alchemy"}, "estimator alchemy reads normals, and there is no normals texture"),
@@ -147,9 +147,9 @@ def test_half_is_widened_exactly(inputs):
     ({"--depth": "double.npy"}, "--depth: double.npy: it is of float64, expected float32 or half"),
     ({"--depth": "whole.npy"}, "--depth: whole.npy: it is of uint16, expected float32 or half"),
     ({"--depth": "nan.npy"}, "depth: nan at column 0, row 0 from above is no depth of depth_kind = 'image'"),
-    ({"--depth": "moved.exr"}, "--depth: moved.exr: its data window begins at (2, 3), expected (0, 0), or (-N, -N)"),
-    ({"--depth": "narrow.exr"}, "--depth: narrow.exr: its data window begins at (-3, -3)"),
-    ({"--depth": "two.exr"}, "--depth: two.exr: expected a layer depth or just one of 1 channels, it holds a of a; b"),
+    ({"--depth": "moved.exr"}, "--depth: moved.exr: its data window reaches beyond its display window by -2, -3, 2, 3 texels"),
+    ({"--depth": "narrow.exr"}, "--depth: narrow.exr: its data window reaches beyond its display window by 3, 3, -3, -3 texels"),
+    ({"--depth": "two.exr"}, "--depth: two.exr: expected a layer depth or just one of 1 channel, it holds a of a; b"),
     ({"--depth": "none.npy"}, "none.npy: there is no such file"),
     ({"--image": "four.npy"}, "--image: four.npy: expected a layer color or just one of 3 channels"),
     ({"--buffers": "none.toml"}, "none.toml: it cannot be read"),

@@ -1,13 +1,13 @@
 """Files of a folder by modules: by patterns of names that the user gives, and files that hold several modules."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lfssao.errors import InputError
-from lfssao.rendering.image_file import ImagePart, read_image_file
+from lfssao.rendering.image_file import ImagePart, Size, read_image_file
 
 Files = str | Sequence[str] | Mapping[str, str]
 
@@ -21,11 +21,11 @@ class File:
     by_user: bool = False
     shared: bool = False
 
-    def parts(self, module: str, names: Sequence[str]) -> list[ImagePart]:
+    def parts(self, module: str, names: Sequence[str], sizes: Collection[Size]) -> list[ImagePart]:
         """The parts of one of the modules; one without name, or the only one of a user's file, has the layer's."""
         if self.shared:
-            return _shared_parts(self.path, module, names)
-        parts = read_image_file(self.path)
+            return _shared_parts(self.path, module, names, sizes)
+        parts = read_image_file(self.path, sizes=sizes)
         said = self.by_user and len(parts) == 1
         return [replace(part, name=(self.layer if said else "") or part.name or self.layer) for part in parts]
 
@@ -85,7 +85,7 @@ def holds_modules(path: Path, names: Sequence[str]) -> bool:
     return any(module_of(word, names) for word in words)
 
 
-def _shared_parts(path: Path, module: str, names: Sequence[str]) -> list[ImagePart]:
+def _shared_parts(path: Path, module: str, names: Sequence[str], sizes: Collection[Size]) -> list[ImagePart]:
     """The parts and channels of a module in a file of several, without its name."""
 
     def own(word: str) -> bool:
@@ -95,7 +95,7 @@ def _shared_parts(path: Path, module: str, names: Sequence[str]) -> list[ImagePa
         return word[len(module) + 1 :] if own(word) else word
 
     made = []
-    for part in read_image_file(path, keep=lambda *words: own(words[0]) or any(map(own, words[1]))):
+    for part in read_image_file(path, keep=lambda *words: own(words[0]) or any(map(own, words[1])), sizes=sizes):
         kept = [k for k, channel in enumerate(part.channels) if own(part.name) or own(channel)]
         channels, planes = tuple(rest(part.channels[k]) or "Y" for k in kept), tuple(part.planes[k] for k in kept)
         made.append(replace(part, name=rest(part.name), channels=channels, planes=planes))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
-from lfssao.rendering.image_file import ImagePart
+from lfssao.rendering.image_file import ImagePart, Margins
 from lfssao.verify.bounds.stored import FORMATS, LINEAR, Stored
 from lfssao.verify.verdict import Plane, Planes
 
@@ -32,7 +32,7 @@ class Layer:
     name: str  # the stage that made it: depth, ao_1, merged, ... or the part's name, 'image' where it has none
     channels: tuple[str, ...]
     planes: Planes
-    origin: tuple[int, int] | None  # x and y of the data window, where the format has one
+    margins: Margins | None  # of the data window beyond the display window, where the format has them
     stored: Stored | None = None  # how the values were stored, if not as float32
 
     @property
@@ -52,13 +52,19 @@ def layers_of(parts: Sequence[ImagePart]) -> list[Layer]:
     for part in parts:
         groups: dict[str, list[int]] = {}
         for k, channel in enumerate(part.channels):
-            prefix = channel.rpartition(".")[0] or (channel if channel in _STANDARD else "")
+            alone = channel in _STANDARD and not _is_of_vector(channel, part)
+            prefix = channel.rpartition(".")[0] or (channel if alone else "")
             groups.setdefault(part.name or _STANDARD.get(prefix, prefix) or "image", []).append(k)
         for name, numbers in groups.items():
             numbers.sort(key=lambda k: _place(part.channels[k]))
             channels, planes = tuple(part.channels[k] for k in numbers), tuple(part.planes[k] for k in numbers)
-            layers.append(Layer(name, channels, planes, part.origin))
+            layers.append(Layer(name, channels, planes, part.margins))
     return sorted(layers, key=lambda layer: stage_order(layer.name))
+
+
+def _is_of_vector(channel: str, part: ImagePart) -> bool:
+    """Whether a channel Z is not depth but that of X, Y and Z."""
+    return channel == "Z" and {"X", "Y"} <= {*part.channels}
 
 
 def _place(channel: str) -> int:
@@ -122,10 +128,10 @@ class Matcher:
                 raise MismatchError(f"{what} for {_full(layer.name, channel)}")
         chosen = [candidates[0] for candidates in found]
         self._used.update(chosen)
-        origins = {c.part.origin for c in chosen}
-        if len(origins) > 1:
+        margins = {c.part.margins for c in chosen}
+        if len(margins) > 1:
             raise MismatchError("its channels have different data windows")
-        return Layer(layer.name, tuple(c.title for c in chosen), tuple(c.plane for c in chosen), origins.pop())
+        return Layer(layer.name, tuple(c.title for c in chosen), tuple(c.plane for c in chosen), margins.pop())
 
     def unused(self) -> list[str]:
         """Channels of the other renderer that no layer of the reference was compared with."""
@@ -167,8 +173,9 @@ class Matcher:
         others = [other for other in self._layers if other.name != layer.name]
         parts = {other.name for other in others}
         taken = {name for other in others for name in other.channels} - set(layer.channels)
-        named = [c for c in self._all if c.part.name == layer.name]
-        free = [c for c in self._all if c.part.name not in parts and c.name not in taken]
+        alike = [c for c in self._all if {"X", "Y"} <= {*layer.channels} or not _is_of_vector(c.name, c.part)]
+        named = [c for c in alike if c.part.name == layer.name]
+        free = [c for c in alike if c.part.name not in parts and c.name not in taken]
         for group in (named, free):
             exact = [c for c in group if c.name == channel]
             if found := exact or [c for c in group if c.has_name(channel, _full(layer.name, channel))]:
@@ -205,8 +212,10 @@ def check_comparable(mine: Layer, reference: Layer) -> None:
             )
         if a.dtype != b.dtype:
             raise MismatchError(f"it is of {a.dtype}, the reference's is of {b.dtype}")
-    if mine.origin != reference.origin and mine.origin is not None and reference.origin is not None:
-        raise MismatchError(f"its data window starts at {mine.origin}, the reference's at {reference.origin}")
+    if mine.margins != reference.margins and mine.margins is not None and reference.margins is not None:
+        sides = [", ".join(map(str, side)) for side in (mine.margins, reference.margins)]
+        where = "the display window (left, above, right, below)"
+        raise MismatchError(f"its data window is larger by {sides[0]} than {where}, the reference's by {sides[1]}")
 
 
 _COLORS = "color", "shaded"

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +12,7 @@ import numpy as np
 
 from lfssao.errors import InputError
 from lfssao.rendering.folder import entries_of, load_manifest
-from lfssao.rendering.image_file import ENDINGS, ImagePart, part_of, read_image_file
+from lfssao.rendering.image_file import ENDINGS, ImagePart, Size, part_of, read_image_file
 from lfssao.rendering.manifest import MANIFEST, digest
 from lfssao.verify.case import IMAGES, Case
 from lfssao.verify.compare.files import File, Files, files_like, holds_modules, module_of
@@ -151,9 +151,12 @@ class Mine:
         strange = [f for f in others if reference.manifest is None or f in claimed or _pattern(f.stem) in alike]
         return cls(path, files, tuple(f.name for f in strange if f not in shared))
 
-    def parts(self, module: str, upwards: bool = False) -> list[ImagePart]:
-        """All parts of a module's files; InputError if a file cannot be read. ``upwards``: row 0 is below in them."""
-        parts = [part for file in self.files[module] for part in file.parts(module, list(self.files))]
+    def parts(self, module: str, sizes: Collection[Size], upwards: bool = False) -> list[ImagePart]:
+        """All parts of a module's files; InputError if a file cannot be read.
+
+        Parts of other sizes than ``sizes`` are not decoded. ``upwards``: row 0 is below in them.
+        """
+        parts = [part for file in self.files[module] for part in file.parts(module, list(self.files), sizes)]
         return [replace(part, planes=tuple(p[:: -1 if upwards else 1] for p in part.planes)) for part in parts]
 
 
@@ -176,7 +179,8 @@ class Sides:
     def _side(self, module: str, described: Case | None = None) -> Side:
         layers, case = self._reference.read(module, described or self._reference.described(module))
         below = self._reference.entries.get(module, {}).get("rows") == "below"
-        return layers, case, self._mine.parts(module, below)
+        sizes = {layer.planes[0].shape[1::-1] for layer in layers}
+        return layers, case, self._mine.parts(module, sizes, below)
 
 
 def _pattern(name: str) -> str:

@@ -115,7 +115,7 @@ def _read(
     name, channels = _TEXTURES[option]
     channels = channels[: 2 if octahedral else None]
     with errors_of(f"--{option}"):
-        parts = read_image_file(path, sizes=None if size is None else [size])
+        parts = read_image_file(path, ("openexr", "tiff"), sizes=None if size is None else [size])
         with errors_of(str(path)):
             layer = _layer(parts, Layer(name, channels, (), None), rules)
             planes = layer.planes

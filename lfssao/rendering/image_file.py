@@ -21,7 +21,7 @@ from lfssao.optics.view import without_guard
 ENDINGS = (".exr", ".tif", ".tiff", ".png", ".npy")
 PREFIX = "lfssao:"  # begins the names of lfssao's attributes in EXR files
 PARTS = "parts"  # the attribute of a part that holds several: name, channels, guard band and attributes of each
-_FORMATS = ("openexr", "tiff", "png")
+_NAMES = {"openexr": "EXR", "tiff": "TIFF", "png": "PNG"}
 _DTYPES = {"half": "float16", "float": "float32", "int": "int32", "uint": "uint32"}  # that NumPy calls otherwise
 
 # A header may claim any size, and the reader allocates it before it decodes. Deflate, in EXR, TIFF and PNG, expands at
@@ -47,7 +47,7 @@ class ImagePart:
 
 
 def read_image_file(
-    path: Path, formats: tuple[str, ...] = _FORMATS, keep: Keep | None = None, sizes: Collection[Size] | None = None
+    path: Path, formats: tuple[str, ...] = (*_NAMES,), keep: Keep | None = None, sizes: Collection[Size] | None = None
 ) -> list[ImagePart]:
     """All parts of a file, in its order, of the formats that are accepted, by OpenImageIO's names, or NPY.
 
@@ -89,7 +89,8 @@ def _read_with_oiio(
         raise InputError(f"{path}: it cannot be read as {kind} ({first_line(oiio.geterror())})")
     try:
         if source.format_name() not in formats:  # OpenImageIO reads whatever image it finds
-            wanted = "an EXR file" if formats == ("openexr",) else "EXR, TIFF, PNG or NPY"
+            known = [_NAMES[each] for each in formats]
+            wanted = "an EXR file" if known == ["EXR"] else f"{', '.join(known)} or NPY"
             raise InputError(f"{path}: it is of format {source.format_name()}, not {wanted}")
         specs: list[Any] = []
         while source.seek_subimage(len(specs), 0):

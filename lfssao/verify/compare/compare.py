@@ -20,7 +20,7 @@ from lfssao.verify.compare.agreement import parts_of
 from lfssao.verify.compare.background import with_background, without_background
 from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
-from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, check_comparable
+from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, check_types, check_windows
 from lfssao.verify.compare.linear import check_camera, with_distances
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import WORST_RANK, Panels
@@ -213,8 +213,9 @@ class Comparison:
             try:
                 layer = matcher.find(right)
                 if layer is not None:
+                    check_windows(layer, right)  # planes of another size are not decoded
                     layer = self._storage.read(layer, right)
-                    check_comparable(layer, right)
+                    check_types(layer, right)
                     found[right.name] = layer
             except MismatchError as error:
                 found[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))

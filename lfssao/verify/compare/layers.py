@@ -203,19 +203,24 @@ def _full(layer: str, channel: str) -> str:
     return channel if "." in channel else f"{layer}.{channel}"
 
 
-def check_comparable(mine: Layer, reference: Layer) -> None:
-    """Refuse textures of different sizes, data windows or types by a MismatchError that names the difference."""
+def check_windows(mine: Layer, reference: Layer) -> None:
+    """Refuse textures of different sizes or data windows by a MismatchError that names the difference."""
     for a, b in zip(mine.planes, reference.planes, strict=True):
         if a.shape != b.shape:
             raise MismatchError(
                 f"it has {a.shape[1]}x{a.shape[0]} texels, the reference's has {b.shape[1]}x{b.shape[0]}"
             )
-        if a.dtype != b.dtype:
-            raise MismatchError(f"it is of {a.dtype}, the reference's is of {b.dtype}")
     if mine.margins != reference.margins and mine.margins is not None and reference.margins is not None:
         sides = [", ".join(map(str, side)) for side in (mine.margins, reference.margins)]
         where = "the display window (left, above, right, below)"
         raise MismatchError(f"its data window is larger by {sides[0]} than {where}, the reference's by {sides[1]}")
+
+
+def check_types(mine: Layer, reference: Layer) -> None:
+    """Refuse textures of different types by a MismatchError that names them."""
+    for a, b in zip(mine.planes, reference.planes, strict=True):
+        if a.dtype != b.dtype:
+            raise MismatchError(f"it is of {a.dtype}, the reference's is of {b.dtype}")
 
 
 _COLORS = "color", "shaded"

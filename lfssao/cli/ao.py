@@ -14,7 +14,8 @@ from lfssao.cli.terminal import printable, working
 from lfssao.core.files import check_folder, output_folder
 from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.gbuffer.caster import GBuffer
-from lfssao.rendering.conversion import Single, buffers_of, upright
+from lfssao.rendering.conversion import buffers_of
+from lfssao.rendering.decoding import Single, upright
 from lfssao.rendering.exr import write_exr
 from lfssao.rendering.image_file import ImagePart, Margins, Size, guard_of, read_image_file
 from lfssao.rendering.manifest import FORMAT, describe_machine, describe_settings

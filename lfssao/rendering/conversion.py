@@ -5,19 +5,15 @@ and reversed depth, which has their digits, become the depth of a linear view: s
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
 from lfssao.ao.textures import Buffers
-from lfssao.errors import InputError
 from lfssao.gbuffer.kernels.surface import write_surface
 from lfssao.optics.camera import linear_view
-from lfssao.rendering.decoding import Single, distances, normals_of, points_of, upright
-from lfssao.rendering.fit import agreement, fault_of, others
-from lfssao.rendering.view_file import CHOICES, Description
-
-_BETTER = 0.05  # by which the cosine of normals and surface must be greater for a space to be told
+from lfssao.rendering.decoding import DISTANCES, Single, distances, normals_of, points_of, upright
+from lfssao.rendering.fit import checked
+from lfssao.rendering.view_file import Description
 
 
 def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
@@ -37,15 +33,10 @@ def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
     >>> buffers.view.depth_kind
     'linear z: distance along the axis, world units, perspective'
     """
-    fault = fault_of(textures, said)
-    if fault:
-        better = [words for other, words in others(textures, said) if not fault_of(textures, other)]
-        least = min((words.count("=") for words in better), default=0)
-        fits = " or ".join(words for words in better if words.count("=") == least)
-        raise InputError(f"{fault}{': it fits with ' if fits else ''}{fits}")
+    said = checked(textures, said)
     view, there, kind = said.view, upright(textures, said), said.depth_kind
     # Screen space z of an orthographic camera has the digits of its reversed depth.
-    linear = kind in ("linear", "view-z") or (kind == "reversed" and not view.lens[6])
+    linear = kind in DISTANCES or (kind == "reversed" and not view.lens[6])
     if kind != "image" and view.linear != linear:
         view = linear_view(view, linear)
     stored = there["depth"]
@@ -54,15 +45,10 @@ def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
     depth, positions = np.empty_like(stored), np.empty((*z.shape, 3), np.float32)
     write_surface(view.rays, np.ravel(view.world_from_cast), np.where(surface, 0, -1), z, depth, positions)
     if kind == "image":
-        depth = stored
+        depth = np.where(surface, stored, np.float32(np.inf))
     if placed is not None:
         positions[surface] = points_of(placed[surface], said)
     normals = None
     if "normals" in there:
         normals = normals_of(there["normals"], surface, said)
-        if said.eye is not None:
-            (other,) = (space for space in CHOICES["normals_space"] if space != said.normals_space)
-            turned = normals_of(there["normals"], surface, replace(said, normals_space=other))
-            if agreement(turned, positions) > agreement(normals, positions) + _BETTER:
-                raise InputError(f"normals: they fit the surface better by normals_space = '{other}'")
     return Buffers(view, np.ascontiguousarray(depth), positions, normals)

@@ -6,10 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.affine import invert_affine, multiply, transform_points
+from lfssao.optics.kernels.projection import CROSSED_SLITS
+from lfssao.optics.view import View
+from lfssao.rendering.kernels.depth import write_logarithmic
 from lfssao.rendering.view_file import Description
 
 Single = NDArray[np.float32]
 Double = NDArray[np.float64]
+Texels = NDArray[np.intp] | None
+
+DISTANCES = ("linear", "view-z", "radial", "logarithmic")  # kinds of depth whose background is 0 or at the far plane
 
 _EDGE = 1e-3  # share of the near plane's distance by which halves may lie before it
 
@@ -19,26 +25,57 @@ def upright(textures: Mapping[str, Single], said: Description) -> dict[str, Sing
     return {name: texture[:: -1 if said.rows == "below" else 1] for name, texture in textures.items()}
 
 
-def distances(depth: Single, said: Description) -> Double:
-    """Cast space z of a depth texture: infinite where there is no surface, NaN where a number is no depth."""
+def distances(depth: Single, said: Description, rows: Texels = None, columns: Texels = None) -> Double:
+    """Cast space z of a depth texture: infinite where there is no surface, NaN where a number is no depth.
+
+    Of some texels, ``depth`` is (n, m), and ``rows`` and ``columns`` are theirs in the whole texture, row 0 above.
+    """
     view, kind = said.view, said.depth_kind
-    with np.errstate(invalid="ignore"):  # of a NaN that signals
+    with np.errstate(invalid="ignore", over="ignore"):  # of a NaN that signals, and a value that no texture has
         d = depth.astype(np.float64)
+        if said.background is not None:
+            d = np.where(depth == np.float32(said.background), np.inf, d)
     if view.screen_to_world is None:
-        return np.where(d == -np.inf, np.nan, d)
+        low, high = _reach(view)
+        return np.where((d > low) & (d < high) | (d == np.inf), d, np.nan)
     if kind == "image" and view.linear:
         return np.where(d > 0, d, np.nan)
     near, far, orthographic = view.lens[4:7].tolist()
+    if kind in DISTANCES:
+        z = along_axis(d, said, rows, columns)
+        none = (z == 0) | (z >= far * (1 - 2.0**-22)) | np.isinf(d)
+        return np.where(none, np.inf, np.where(z >= near - _EDGE * abs(near), z, np.nan))
     with np.errstate(all="ignore"):
-        if kind in ("linear", "view-z"):
-            forward = view.cast_from_world[2:, :3]
-            z = d if said.eye is None or kind == "linear" else d * np.sign(multiply(forward, said.eye[2:, :3].T))
-            z = np.where((z == 0) | (z >= far * (1 - 2.0**-22)), np.inf, z)
-            return np.where(z >= near * (1 - _EDGE), z, np.nan)
         share = 0.5 * d + 0.5 if kind == "window-gl" else 1 - d if kind == "reversed" else d
         z = near + share * (far - near) if orthographic else near / (1 - share * (1 - near / far))
     background = np.isposinf(d) | ((share == 1) & (kind != "image"))
     return np.where(background, np.inf, np.where((share > 0) & (share < 1), z, np.nan))
+
+
+def along_axis(d: Double, said: Description, rows: Texels = None, columns: Texels = None) -> Double:
+    """Cast space z of the ``DISTANCES``, as far as the far plane and beyond; arguments of ``distances``."""
+    view, kind = said.view, said.depth_kind
+    if kind == "view-z" and said.eye is not None:
+        return np.asarray(d * np.sign(multiply(view.cast_from_world[2:, :3], said.eye[2:, :3].T)))
+    if kind == "radial":
+        f_u, f_v, c_u, c_v = view.lens[:4].tolist()
+        i = np.arange(view.width)[None] if columns is None else columns
+        j = np.arange(view.height)[:, None] if rows is None else rows
+        x, y = (i + 0.5 - c_u) / f_u, (c_v - (j + 0.5)) / f_v
+        return np.asarray(d / np.sqrt((x * x + y * y) + 1.0))
+    if kind == "logarithmic":
+        z = np.empty_like(d)
+        write_logarithmic(d, said.depth_constant, float(view.lens[5]), z)
+        return z
+    return d
+
+
+def _reach(view: View) -> tuple[float, float]:
+    """Physical z between which a module's rays lie, those of observers, or of their whole circle, and lens."""
+    if view.world_to_image.kind == CROSSED_SLITS:
+        return float(view.lens[3]), float(view.lens[1])
+    z_o, curvature = float(view.lens[4]), abs(float(view.lens[6]))
+    return z_o - 2 / curvature if curvature else z_o, float(view.lens[2])
 
 
 def points_of(stored: Single, said: Description) -> Double:

@@ -1,6 +1,7 @@
 """Whether textures fit what is said of them, and each other, and what fits better."""
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from itertools import product
 from typing import Any
@@ -9,16 +10,74 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.affine import transform_points
+from lfssao.errors import InputError
 from lfssao.optics.kernels.rays import write_directions
+from lfssao.rendering import doubts
+from lfssao.rendering.cleared import beyond_far, cleared_value, surface_or_sky
 from lfssao.rendering.decoding import Double, Single, decoded, directions_of, distances, lengths, points_of, upright
+from lfssao.rendering.slopes import angle_to_normals, planes_that_fit
 from lfssao.rendering.view_file import CHOICES, Description
 
 _ENOUGH = 0.9  # of the surface's texels must fit: silhouettes and half floats are off in some
 _UNIT = 0.05  # by which a normal's length may be off 1
 _NEAR = 0.01  # share of the distance by which positions and depth may differ
+_STEEP = 30.0  # degrees between normals and surface, in the median, that no smooth or mapped normals explain
+_SLIGHT = 2.0  # degrees that nothing is made of
+_CLOSER = 0.8  # share of the angle below which another description fits better
+_CONSTANTS = tuple(float(f"{digit}e{power}") for power in range(-3, 3) for digit in (1, 2, 5))
+
+Textures = Mapping[str, Single]
 
 
-def others(textures: Mapping[str, Single], said: Description) -> Iterator[tuple[Description, str]]:
+def checked(textures: Textures, said: Description) -> Description:
+    """The description with the value that the background was cleared to, if that is none of its kind, which is noted.
+
+    InputError if textures do not fit what is said of them, or each other; the sentence names what fits.
+    """
+    there = upright(textures, said)
+    fault, value = fault_of(textures, said), cleared_value(there, said)
+    fits = _fitting(textures, said) if fault else ""
+    if value is not None and not fits:
+        cleared = replace(said, background=value)
+        fault = fault_of(textures, cleared)
+        fits = _fitting(textures, cleared) if fault else ""
+        said = said if fault else cleared
+    if fault:
+        raise InputError(f"{fault}{fits}")
+    if "normals" in there and (better := _better(textures, said)):
+        raise InputError(better)
+    doubts.warn(surface_or_sky(there, said, value), 4)
+    return said
+
+
+def _fitting(textures: Textures, said: Description) -> str:
+    """What fits, as the end of a sentence; '' if nothing does."""
+    found = [(other, words) for other, words in _others(textures, said) if not fault_of(textures, other)]
+    if "normals" in textures and found:
+        angles = [angle_to_normals(upright(textures, other), other) for other, _ in found]
+        found = [pair for pair, angle in zip(found, angles, strict=True) if angle <= min(angles) + _SLIGHT]
+    least = min((words.count("=") for _, words in found), default=0)
+    fits = " or ".join(words for _, words in found if words.count("=") == least)
+    return f": it fits with {fits}" if fits else ""
+
+
+def _better(textures: Textures, said: Description) -> str:
+    """A sentence on another description by which normals and depth agree better, or ''."""
+    angle = angle_to_normals(upright(textures, said), said)
+    if angle <= _SLIGHT:
+        return ""
+    most = min(_CLOSER * angle, angle - 1)
+    found = [(angle_to_normals(upright(textures, other), other), words) for other, words in _others(textures, said, 1)
+             if not fault_of(textures, other)]  # fmt: skip
+    found += planes_that_fit(upright(textures, said), said)
+    least, words = min(found, default=(angle, ""))
+    if least > most:
+        return ""
+    off = f"normals: they are {angle:.2g} degrees off the surface of depth (median)"
+    return f"{off}, {least:.2g} with other values: it fits with {words}"
+
+
+def _others(textures: Textures, said: Description, most: int = 2) -> Iterator[tuple[Description, str]]:
     """Other descriptions that differ in one or two fields which these textures read, each with its difference."""
     tried = {"depth_kind": said.view.screen_to_world is not None, "rows": True}
     tried |= {"positions_space": "positions" in textures and said.eye is not None}
@@ -27,13 +86,28 @@ def others(textures: Mapping[str, Single], said: Description) -> Iterator[tuple[
     for values in product(*(CHOICES[name] for name in names)):
         changes: dict[str, Any] = {n: v for n, v in zip(names, values, strict=True) if getattr(said, n) != v}
         possible = said.eye is not None or changes.get("depth_kind") != "view-z"
+        possible &= "logarithmic" not in (changes.get("depth_kind"), said.depth_kind) or "depth_kind" in changes
         if "normals_kind" in changes:
             possible &= ("octahedral" in changes["normals_kind"]) == (textures["normals"].shape[2] == 2)
-        if possible and 1 <= len(changes) <= 2:
-            yield replace(said, **changes), " and ".join(f"{n} = '{v}'" for n, v in changes.items())
+        if possible and 1 <= len(changes) <= most:
+            yield from _changed(said, changes)
+    if tried["depth_kind"] and said.depth_kind == "logarithmic":
+        yield from _changed(said, {"depth_kind": "logarithmic"})
 
 
-def fault_of(textures: Mapping[str, Single], said: Description) -> str:
+def _changed(said: Description, changes: dict[str, Any]) -> Iterator[tuple[Description, str]]:
+    """A changed description, or of logarithmic depth those of the usual constants, and the words for its changes."""
+    kind = changes.get("depth_kind", said.depth_kind)
+    constants = (None,) if kind != "logarithmic" else _CONSTANTS if len(changes) == 1 else (said.depth_constant or 1.0,)
+    for constant in constants:
+        told = {**changes, **({} if constant is None else {"depth_constant": constant})}
+        words = " and ".join(f"{n} = {v if n == 'depth_constant' else repr(v)}" for n, v in told.items()
+                             if getattr(said, n) != v)  # fmt: skip
+        with suppress(InputError):  # radial depth of an orthographic camera
+            yield replace(said, **{"depth_constant": None, **told}), words
+
+
+def fault_of(textures: Textures, said: Description) -> str:
     """A sentence on textures that do not fit what is said of them, or each other; '' if they do."""
     view, there = said.view, upright(textures, said)
     z = distances(there["depth"], said)
@@ -45,8 +119,14 @@ def fault_of(textures: Mapping[str, Single], said: Description) -> str:
     for name, texture in there.items():
         if not np.isfinite(texture[surface]).all():
             return f"{name}: a number is not finite where there is a surface"
-    fault = _fault_of_positions(there["positions"][surface], z, said) if "positions" in there else ""
-    return fault or (_fault_of_normals(there["normals"][surface], surface, said) if "normals" in there else "")
+    fault = beyond_far(there["depth"], z, said)
+    if not fault and "positions" in there:
+        fault = _fault_of_positions(there["positions"][surface], z, said)
+    if not fault and "normals" in there:
+        fault = _fault_of_normals(there["normals"][surface], surface, said)
+        angle = 0.0 if fault else angle_to_normals(there, said)
+        fault = fault if angle <= _STEEP else f"normals: they are {angle:.2g} degrees off the surface of depth (median)"
+    return fault
 
 
 def _fault_of_positions(stored: Single, z: Double, said: Description) -> str:
@@ -77,13 +157,3 @@ def _fault_of_normals(stored: Single, surface: NDArray[np.bool_], said: Descript
 def _share(flags: NDArray[np.bool_]) -> float:
     """Share of those that are true; 1 of none."""
     return float(flags.mean()) if flags.size else 1.0
-
-
-def agreement(normals: Single, positions: Single) -> float:
-    """Mean cosine of normals and those of the triangles between neighbours' positions, which all face one way."""
-    p, n = positions.astype(np.float64), normals[:-1, :-1].astype(np.float64)
-    with np.errstate(invalid="ignore"):  # infinite where there is no surface
-        faces = np.cross(p[:-1, 1:] - p[:-1, :-1], p[1:, :-1] - p[:-1, :-1]).reshape(-1, 3)
-        cosines = (faces * n.reshape(-1, 3)).sum(axis=1) / lengths(faces)
-    known = cosines[np.isfinite(cosines)]
-    return abs(float(known.mean())) if known.size else 0.0

@@ -22,7 +22,7 @@ from lfssao.rendering.manifest import MANIFEST, view_of
 
 CHOICES = {
     "rows": ("above", "below"),
-    "depth_kind": ("image", "window", "window-gl", "reversed", "linear", "view-z"),
+    "depth_kind": ("image", "window", "window-gl", "reversed", "linear", "view-z", "radial", "logarithmic"),
     "positions_space": ("world", "view"),
     "normals_space": ("world", "view"),
     "normals_kind": ("xyz", "unorm", "octahedral", "octahedral unorm"),
@@ -30,6 +30,7 @@ CHOICES = {
 CLIPS = ("opengl", "d3d", "vulkan", "opengl reversed", "d3d reversed", "vulkan reversed")
 LAYOUTS = ("rows", "columns")
 _RIGID = 1e-4
+_ENDLESS = 2.0**59  # near planes that a far plane is away which stands for none
 
 Size = tuple[int, int, int]  # width and height of a texture, its guard band included, and the band's width, texels
 
@@ -42,8 +43,11 @@ class Description:
     eye: Matrix | None = None  # (3, 4) float64, world to the renderer's own eye space, rigid; None: it is not known
     rows: str = "above"  # where row 0 is: 'above' or 'below', as OpenGL reads them back
     # 'image' (``View.depth_kind``); of a camera also 'window' (0 near, 1 far), 'window-gl' (-1 near, 1 far), 'reversed'
-    # (1 near, 0 far), 'linear' (distance along the axis) or 'view-z' (z of the eye space)
+    # (1 near, 0 far), 'linear' (distance along the axis), 'view-z' (z of the eye space), 'radial' (distance from the
+    # eye of a perspective camera) or 'logarithmic' (ln(C z + 1) / ln(C far + 1), z along the axis)
     depth_kind: str = "image"
+    depth_constant: float | None = None  # C of 'logarithmic'
+    background: float | None = None  # a depth, as it is stored, of texels without a surface, next to those of its kind
     positions_space: str = "world"  # or 'view', the eye space
     normals_space: str = "world"  # as positions_space
     # 'xyz', 'unorm' (n / 2 + 1 / 2), or two numbers of -1 to 1, 'octahedral', or of 0 to 1, 'octahedral unorm'
@@ -55,8 +59,24 @@ class Description:
                 check_choice("choice", getattr(self, name), choices)
         if self.view.screen_to_world is None and self.depth_kind != "image":
             raise InputError(f"depth_kind is '{self.depth_kind}', a module's depth is 'image'")
+        lens = self.view.lens
+        if self.depth_kind == "radial" and lens[6]:
+            raise InputError("depth_kind is 'radial', an orthographic camera has no eye to be away from")
+        for name in ("depth_constant", "background"):
+            if getattr(self, name) is not None:
+                finite_numbers(name, getattr(self, name))
+        if (self.depth_kind == "logarithmic") != (self.depth_constant is not None):
+            raise InputError("depth_constant, C of ln(C z + 1) / ln(C far + 1), is of depth_kind 'logarithmic' alone")
+        if self.depth_constant is not None:
+            if not (self.depth_constant > 0 and lens[5] > 0):
+                raise InputError(f"depth_constant is {self.depth_constant:g}, it and the far plane must be positive")
+            if not lens[5] < _ENDLESS * abs(lens[4]):
+                raise InputError("depth_kind is 'logarithmic', and the projection has no far plane")
         if self.eye is None and "view" in (self.positions_space, self.normals_space, self.depth_kind.partition("-")[0]):
             raise InputError("the renderer's eye space is not known: give kind = 'camera' with view and projection")
+
+
+_FIELDS = tuple(field.name for field in fields(Description)[2:])  # that are keys of a file
 
 
 def read_description(path: Path, name: str, size: Size) -> Description:
@@ -75,7 +95,7 @@ def read_description(path: Path, name: str, size: Size) -> Description:
         return Description(_folder(size, str(path if path.is_dir() else path.parent), name))
     values = parse_toml(read_text(path), str(path))
     with errors_of(str(path)):
-        said = {field.name: values.pop(field.name) for field in fields(Description)[2:] if field.name in values}
+        said = {field: values.pop(field) for field in _FIELDS if field in values}
         view = _made(values, size)
         eye = _rigid(values["view"], values.get("layout", LAYOUTS[0])) if "projection" in values else None
         return Description(view, eye, **said)
@@ -88,7 +108,7 @@ def _made(values: dict[str, Any], size: Size) -> View:
     make: Callable[..., Any] = own.get(kind) or getattr(WorldToImage, kind.replace(" ", "_"))
     parameters = {name: p.default for name, p in signature(make).parameters.items() if name != "size"}
     for name in values:
-        check_choice("key", name, ("kind", *parameters, *CHOICES))
+        check_choice("key", name, ("kind", *parameters, *_FIELDS))
     for name, default in parameters.items():
         if default is Parameter.empty and name not in values:
             raise InputError(f"{name} is missing")

@@ -14,6 +14,7 @@ from lfssao.rendering.view_file import Description
 _FEWEST = 4  # texels
 _SHARED = 0.01  # of the texels, more than have one value by chance
 _ALIKE = 0.05  # of the texels, more than a surface has at one distance from the eye
+_SPREAD = 2.0**-8  # by which these are apart along the axis, so that it is not the rounding of halves
 _STRIKING = 0.1  # of the texels, so that a value is mentioned
 _FAR = 10.0  # times as far as all the rest
 _ENOUGH = 0.9
@@ -54,7 +55,11 @@ def surface_or_sky(there: Mapping[str, Single], said: Description, value: float 
         return
     value, shared = _commonest(depth)
     flags = depth == np.float32(value)
-    if shared >= _STRIKING * depth.size and not flags.all() and (value == 0 or z[flags].min() >= z.max()):
+    if (
+        shared >= _STRIKING * depth.size
+        and not flags.all()
+        and (value == 0 or z[flags].max() <= z.min() or z[flags].min() >= z.max())
+    ):
         share = f"{100 * shared / depth.size:.3g} % of the texels"
         yield f"depth: {_text(value)} at {share} is taken for a surface: background = {_text(value)} would make it none"
 
@@ -100,7 +105,7 @@ def _is_far(flags: NDArray[np.bool_], z: Double, depth: Single, said: Descriptio
     """Whether these texels of one value are so far away, or so alike, that they are of no surface."""
     if said.view.screen_to_world is None:
         return False
-    if said.depth_kind == "radial" and depth[flags][0] >= depth.max():
+    if said.depth_kind == "radial" and z[flags].max() > z[flags].min() * (1 + _SPREAD):
         return int(np.count_nonzero(flags)) >= _ALIKE * depth.size
     return not said.view.lens[6] and float(z[flags].min()) > _FAR * float(z[~flags].max())
 

@@ -22,8 +22,8 @@ _ENOUGH = 0.9  # of the surface's texels must fit: silhouettes and half floats a
 _UNIT = 0.05  # by which a normal's length may be off 1
 _NEAR = 0.01  # share of the distance by which positions and depth may differ
 _STEEP = 30.0  # degrees between normals and surface, in the median, that no smooth or mapped normals explain
-_SLIGHT = 2.0  # degrees that nothing is made of
-_CLOSER = 0.8  # share of the angle below which another description fits better
+_SLIGHT = 0.5  # degrees that nothing is made of
+_ALIKE = 2.0  # degrees by which descriptions that fit differ
 _CONSTANTS = tuple(float(f"{digit}e{power}") for power in range(-3, 3) for digit in (1, 2, 5))
 
 Textures = Mapping[str, Single]
@@ -35,15 +35,16 @@ def checked(textures: Textures, said: Description) -> Description:
     InputError if textures do not fit what is said of them, or each other; the sentence names what fits.
     """
     there = upright(textures, said)
-    fault, value = fault_of(textures, said), cleared_value(there, said)
-    fits = _fitting(textures, said) if fault else ""
-    if value is not None and not fits:
-        cleared = replace(said, background=value)
-        fault = fault_of(textures, cleared)
-        fits = _fitting(textures, cleared) if fault else ""
-        said = said if fault else cleared
-    if fault:
-        raise InputError(f"{fault}{fits}")
+    value = cleared_value(there, said)
+    cleared = replace(said, background=value) if value is not None else said
+    fault, unfit = fault_of(textures, said), fault_of(textures, cleared)
+    # A value that none of its kind has may be the background of another kind, if nothing else tells them apart.
+    is_open = value is not None and abs(value) <= 1 and {"positions", "normals"}.isdisjoint(textures)
+    if fault and (unfit or is_open):
+        fits = _fitting(textures, said)
+        if fits or unfit:
+            raise InputError(f"{fault}{fits}" if fits else f"{unfit}{_fitting(textures, cleared)}")
+    said = cleared
     if "normals" in there and (better := _better(textures, said)):
         raise InputError(better)
     doubts.warn(surface_or_sky(there, said, value), 4)
@@ -54,8 +55,8 @@ def _fitting(textures: Textures, said: Description) -> str:
     """What fits, as the end of a sentence; '' if nothing does."""
     found = [(other, words) for other, words in _others(textures, said) if not fault_of(textures, other)]
     if "normals" in textures and found:
-        angles = [angle_to_normals(upright(textures, other), other) for other, _ in found]
-        found = [pair for pair, angle in zip(found, angles, strict=True) if angle <= min(angles) + _SLIGHT]
+        angles = [angle_to_normals(upright(textures, other), other)[0] for other, _ in found]
+        found = [pair for pair, angle in zip(found, angles, strict=True) if angle <= min(angles) + _ALIKE]
     least = min((words.count("=") for _, words in found), default=0)
     fits = " or ".join(words for _, words in found if words.count("=") == least)
     return f": it fits with {fits}" if fits else ""
@@ -63,18 +64,22 @@ def _fitting(textures: Textures, said: Description) -> str:
 
 def _better(textures: Textures, said: Description) -> str:
     """A sentence on another description by which normals and depth agree better, or ''."""
-    angle = angle_to_normals(upright(textures, said), said)
+    there = upright(textures, said)
+    angle, count = angle_to_normals(there, said)
     if angle <= _SLIGHT:
         return ""
-    most = min(_CLOSER * angle, angle - 1)
-    found = [(angle_to_normals(upright(textures, other), other), words) for other, words in _others(textures, said, 1)
-             if not fault_of(textures, other)]  # fmt: skip
-    found += planes_that_fit(upright(textures, said), said)
-    least, words = min(found, default=(angle, ""))
-    if least > most:
+    clearly = min(0.3 * angle, angle - 0.5)
+    enough = max(min(0.8 * angle, angle - 1), clearly)
+    found = [each for each in planes_that_fit(there, said) if each[0] <= clearly and each[1] >= 0.5 * count]
+    for other, words in _others(textures, said, 1):
+        least, texels = angle_to_normals(upright(textures, other), other)
+        if least <= enough and texels >= 0.5 * count and not fault_of(textures, other):
+            found.append((least, texels, words))
+    if not found:
         return ""
+    least, _, words = min(found)
     off = f"normals: they are {angle:.2g} degrees off the surface of depth (median)"
-    return f"{off}, {least:.2g} with other values: it fits with {words}"
+    return f"{off}, and {least:.1f} by another reading: it fits with {words}"
 
 
 def _others(textures: Textures, said: Description, most: int = 2) -> Iterator[tuple[Description, str]]:
@@ -124,7 +129,7 @@ def fault_of(textures: Textures, said: Description) -> str:
         fault = _fault_of_positions(there["positions"][surface], z, said)
     if not fault and "normals" in there:
         fault = _fault_of_normals(there["normals"][surface], surface, said)
-        angle = 0.0 if fault else angle_to_normals(there, said)
+        angle = 0.0 if fault else angle_to_normals(there, said)[0]
         fault = fault if angle <= _STEEP else f"normals: they are {angle:.2g} degrees off the surface of depth (median)"
     return fault
 

@@ -7,55 +7,76 @@ import numpy as np
 
 from lfssao.optics.camera import with_lens
 from lfssao.optics.kernels.rays import write_lines
-from lfssao.rendering.decoding import DISTANCES, Single, directions_of, distances, lengths
+from lfssao.rendering.decoding import DISTANCES, Single, directions_of, distances, lengths, units
 from lfssao.rendering.view_file import Description
 
-_LINES = 128  # on which the surface is looked at: halves have no digits for the slope between neighbours of many more
-_SAMPLES = 20_000
+_LINES = 128  # on which the surface is looked at
+_COARSE = 32  # of halves, which have no digits for the slope between neighbours of more
+_SAMPLES = 5_000
 _FEWEST = 50  # texels that say something
+_FLAT = 0.98  # length of the mean of the four triangles' normals at a texel where the surface bends little
+_SHARE = 0.25  # of the texels, those where it bends least, that are looked at in any case
+_UNTOLD = (0.0, 0)
 
 
-def angle_to_normals(there: Mapping[str, Single], said: Description) -> float:
-    """Median angle, degrees, between normals and the triangles of texels to the right and below; 0 for too few.
+def angle_to_normals(there: Mapping[str, Single], said: Description) -> tuple[float, int]:
+    """Median angle, degrees, between normals and surface where that bends little, and at how many texels.
 
-    The textures ``there`` begin above. Median, as triangles across silhouettes are of no surface.
+    The surface is that of four triangles with the texels on each side. The angle is 0 for too few texels to tell. The
+    textures ``there`` begin above.
     """
     depth, normals, view = there["depth"], there["normals"], said.view
     height, width = depth.shape
-    far = max(1, min(height, width) // _LINES)
+    away = max(1, min(height, width) // (_COARSE if _is_half(depth) else _LINES))
     step = max(1, int((depth.size / _SAMPLES) ** 0.5))
-    rows, columns = np.mgrid[0 : height - far : step, 0 : width - far : step]
-    if rows.size < _FEWEST:
-        return 0.0
-    places = (rows, columns), (rows, columns + far), (rows + far, columns)
-    z = [distances(depth[j, i], said, j, i) for j, i in places]
-    known = np.isfinite(z[0]) & np.isfinite(z[1]) & np.isfinite(z[2])
-    corners = []
+    rows, columns = (part.ravel() for part in np.mgrid[away : height - away : step, away : width - away : step])
+    places = [(rows + away * down, columns + away * right) for down, right in _CROSS]
+    z = [distances(depth[j, i][None], said, j[None], i[None])[0] for j, i in places]
+    known = np.isfinite(np.stack(z)).all(axis=0)
+    points = []
     for (j, i), along in zip(places, z, strict=True):
         lines = np.empty((np.count_nonzero(known), 8))
         write_lines(view.rays, np.ravel(view.world_from_cast), i[known] + 0.5, j[known] + 0.5, lines)
-        corners.append(lines[:, :3] + along[known][:, None] * (lines[:, 3:6] - lines[:, :3]))
-    a, b, c = corners
-    faces = np.cross(b - a, c - a)
+        points.append(lines[:, :3] + along[known][:, None] * (lines[:, 3:6] - lines[:, :3]))
+    centre, right, left, below, above = points
     with np.errstate(all="ignore"):
+        sides = [
+            units(np.cross(x, y)) for x in (right - centre, centre - left) for y in (below - centre, centre - above)
+        ]
+        mean = ((sides[0] + sides[1]) + (sides[2] + sides[3])) / 4
         n = directions_of(normals[rows[known], columns[known]], said)
-        products = faces * n
-        cosines = np.abs((products[:, 0] + products[:, 1]) + products[:, 2]) / (lengths(faces) * lengths(n))
-    cosines = cosines[np.isfinite(cosines)]
+        products = mean * n
+        cosines = np.abs((products[:, 0] + products[:, 1]) + products[:, 2]) / (lengths(mean) * lengths(n))
+    bent, cosines = lengths(mean)[np.isfinite(cosines)], cosines[np.isfinite(cosines)]
     if cosines.size < _FEWEST:
-        return 0.0
-    return float(np.degrees(np.arccos(min(float(np.median(cosines)), 1.0))))
+        return _UNTOLD
+    cosines = cosines[bent >= min(_FLAT, float(np.quantile(bent, 1 - _SHARE)))]
+    return float(np.degrees(np.arccos(min(float(np.median(cosines)), 1.0)))), cosines.size
 
 
-def planes_that_fit(there: Mapping[str, Single], said: Description) -> list[tuple[float, str]]:
-    """Angles, degrees, and words, by other planes of a camera whose depth depends on their ratio, or their distance."""
-    if said.view.screen_to_world is None or said.view.linear or said.depth_kind in DISTANCES:
-        return []
+def _is_half(depth: Single) -> bool:
+    """Whether halves hold a texture's numbers."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.array_equal(depth, depth.astype(np.float16), equal_nan=True)
+
+
+_CROSS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))  # rows down and columns right of a texel
+
+
+def planes_that_fit(there: Mapping[str, Single], said: Description) -> list[tuple[float, int, str]]:
+    """Angles, degrees, at how many texels, and words, by other planes of a camera whose screen space z they scale."""
+    if (
+        said.view.screen_to_world is None
+        or said.view.linear
+        or said.depth_kind in DISTANCES
+        or _is_half(there["depth"])
+    ):
+        return []  # halves of screen space z look like those of nearer planes
     near, far, orthographic = said.view.lens[4:7].tolist()
-    found: list[tuple[float, str, float]] = []
+    found: list[tuple[float, int, str, float]] = []
     exponents = list(range(-12, 13))
     for fine in (False, True):
-        middle = min(found)[2] if fine else 0.0
+        middle = min(found)[3] if fine else 0.0
         for k in exponents:
             exponent = middle + k / 12 if fine else float(k)
             factor = 2.0**exponent
@@ -70,5 +91,5 @@ def planes_that_fit(there: Mapping[str, Single], said: Description) -> list[tupl
                 if orthographic
                 else f"a far plane about {other / near:.2g} times as far as the near plane, which is {far / near:.3g}"
             )
-            found.append((angle_to_normals(there, changed), words, exponent))
-    return [(angle, words) for angle, words, _ in found]
+            found.append((*angle_to_normals(there, changed), words, exponent))
+    return [each[:3] for each in found]

@@ -69,7 +69,11 @@ def take_published(options: argparse.Namespace) -> dict[str, Value]:
     if options.estimator not in (None, shader.estimator):
         raise InputError(f"--estimator: {options.estimator}, and --like {options.like} is {shader.estimator}")
     options.estimator, options.rotate = shader.estimator, options.rotate or shader.rotate
-    options.samples = options.samples or shader.samples
+    if options.samples is None and shader.samples is not None:
+        try:
+            options.samples = values.samples(str(shader.samples))
+        except argparse.ArgumentTypeError as error:
+            raise InputError(f"{options.like}: samples: {error}") from None
     return shader.parameters_in(options.units)
 
 

@@ -91,9 +91,16 @@ def parse_display(text: str, origin: str) -> Display:
 def parse_toml(text: str, origin: str) -> dict[str, Any]:
     """The values of a TOML file's text; InputError, with ``origin`` as its name, if it is none."""
     try:
-        return tomllib.loads(text)
+        values = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # of the syntax, numbers of thousands of digits, values too deep
         raise InputError(f"{origin}: it is not a TOML file ({error})") from error
+    rest: list[Any] = [values]
+    while rest:
+        value = rest.pop()
+        rest += value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+        if isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise InputError(f"{origin}: it is not a TOML file (a whole number takes more than 64 bits)")
+    return values
 
 
 def _curvature(table: "_Table", shapes: tuple[str, ...], default_radius: Any = _MISSING) -> float:

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from lfssao.ao.textures import Buffers
+from lfssao.errors import InputError
 from lfssao.gbuffer.kernels.surface import write_surface
 from lfssao.optics.camera import linear_view
 from lfssao.rendering.decoding import DISTANCES, Single, distances, normals_of, points_of, upright
@@ -16,6 +17,7 @@ from lfssao.rendering.fit import checked
 from lfssao.rendering.view_file import Description
 
 
+@np.errstate(all="ignore")  # what is not finite is refused
 def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
     """The textures as estimators take them; what they hold is said, and must be of their size.
 
@@ -46,6 +48,8 @@ def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
     write_surface(view.rays, np.ravel(view.world_from_cast), np.where(surface, 0, -1), z, depth, positions)
     if kind == "image":
         depth = np.where(surface, stored, np.float32(np.inf))
+    if not np.isfinite(positions[surface]).all():
+        raise InputError("positions: rebuilt from depth, they leave the range of float32")
     if placed is not None:
         positions[surface] = points_of(placed[surface], said)
     normals = None

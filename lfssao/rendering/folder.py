@@ -22,8 +22,8 @@ from lfssao.rendering.viewer import LightField
 def load_manifest(folder: Path) -> dict[str, Any]:
     """The manifest of a folder; InputError if there is none, or it is no JSON file or of another format."""
     path = folder / MANIFEST
-    if not path.exists():
-        frames = sorted(folder.glob(f"frame_*/{MANIFEST}"))
+    if not os.path.exists(path):  # Path's raise where a name is too long
+        frames = sorted(folder.glob(f"frame_*/{MANIFEST}")) if os.path.isdir(folder) else []
         if frames:
             raise InputError(f"{folder}: it holds frames: choose one, such as {frames[0].parent}")
         raise InputError(f"{path}: there is no such file; 'lfssao render' writes it")

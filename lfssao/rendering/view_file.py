@@ -30,6 +30,7 @@ CHOICES = {
 CLIPS = ("opengl", "d3d", "vulkan", "opengl reversed", "d3d reversed", "vulkan reversed")
 LAYOUTS = ("rows", "columns")
 _RIGID = 1e-4
+_LARGEST = float(np.finfo(np.float32).max)
 _ENDLESS = 2.0**59  # near planes that a far plane is away which stands for none
 
 Size = tuple[int, int, int]  # width and height of a texture, its guard band included, and the band's width, texels
@@ -65,6 +66,8 @@ class Description:
         for name in ("depth_constant", "background"):
             if getattr(self, name) is not None:
                 finite_numbers(name, getattr(self, name))
+        if self.background is not None and not abs(self.background) <= _LARGEST:
+            raise InputError(f"background is {self.background:g}, which no float32 is")
         if (self.depth_kind == "logarithmic") != (self.depth_constant is not None):
             raise InputError("depth_constant, C of ln(C z + 1) / ln(C far + 1), is of depth_kind 'logarithmic' alone")
         if self.depth_constant is not None:
@@ -94,10 +97,13 @@ def read_description(path: Path, name: str, size: Size) -> Description:
     if path.is_dir() or path.name == MANIFEST:
         return Description(_folder(size, str(path if path.is_dir() else path.parent), name))
     values = parse_toml(read_text(path), str(path))
-    with errors_of(str(path)):
+    with errors_of(str(path)), np.errstate(all="ignore"):  # numbers that overflow are refused
         said = {field: values.pop(field) for field in _FIELDS if field in values}
         view = _made(values, size)
         eye = _rigid(values["view"], values.get("layout", LAYOUTS[0])) if "projection" in values else None
+        numbers = view.lens, view.cast_from_world, view.world_from_cast, view.world_to_image.numbers
+        if not all(np.isfinite(each).all() for each in numbers):
+            raise InputError("its numbers are too large, or too small: those of the view are not finite")
         return Description(view, eye, **said)
 
 

@@ -102,9 +102,20 @@ class Estimator:
             raise InputError(f"units is '{units!s:.40}': choose one of {', '.join(UNITS)}")
         made = {**self.parameters, **parameters}
         for name, power in self.said("power").items() if units == "world" else ():
-            made[name] = float(made[name]) / (radius**power or 1.0)
+            made[name] = float(made[name]) / (power_of(radius, power) or 1.0)
         return made
 
     def default_samples(self, n: int | None = None) -> tuple[FloatArray | None, FloatArray | None]:
         """Points and weights (None where all weigh the same) of its own sample set, n or ``count`` of them."""
         return (None, None) if self.samples is None else self.samples(self.count if n is None else n)
+
+
+def power_of(radius: float, power: int) -> float:
+    """A radius to a whole power; InputError where that is no finite number."""
+    try:
+        made = radius**power if radius else 0.0
+    except (OverflowError, ZeroDivisionError):
+        made = np.inf
+    if not np.isfinite(made):
+        raise InputError(f"radius is {radius:g}, its power {power} is out of range")
+    return made

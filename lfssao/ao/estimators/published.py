@@ -5,11 +5,12 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from lfssao.ao.estimators.estimator import Value
+from lfssao.ao.estimators.estimator import Value, power_of
 from lfssao.ao.estimators.registry import find_estimator, full_parameters
 from lfssao.core.files import read_text
 from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.display_file import parse_toml
+from lfssao.samples import ROTATIONS
 
 _FILES = resources.files("lfssao.ao.estimators").joinpath("shaders")
 _KEYS = {"estimator": str, "rotate": str, "radius": float, "samples": int, "parameters": dict}
@@ -57,9 +58,11 @@ def find_published(name: str) -> Published:
                 raise InputError(f"{key} is missing")
         if not 0 < values["radius"] < float("inf"):
             raise InputError(f"radius is {values['radius']:g}, it must be positive")
+        if "rotate" in values:
+            check_choice("rotation", values["rotate"], ROTATIONS)
         estimator = find_estimator(values["estimator"])
         # Defaults are in radii, those of the file in world units.
-        units = {option: values["radius"] ** power for option, power in estimator.said("power").items()}
+        units = {option: power_of(values["radius"], power) for option, power in estimator.said("power").items()}
         defaults = {option: float(estimator.parameters[option]) * unit for option, unit in units.items()}
         parameters = full_parameters(estimator, {**defaults, **values.get("parameters", {})})
         return Published(**{**values, "parameters": parameters})

@@ -147,7 +147,10 @@ def _checked(estimator: Estimator, name: str, value: Any) -> Value:
             raise InputError(f"{wrong}it must be of type {kind.__name__}")
     elif not isinstance(value, int | np.integer if kind is int else int | float | np.integer | np.floating):
         raise InputError(f"{wrong}it must be a {'whole ' if kind is int else ''}number")
-    checked: Value = kind(value)
+    try:
+        checked: Value = kind(value)
+    except OverflowError:  # of a whole number
+        raise InputError(f"{wrong}it must be finite") from None
     if isinstance(checked, float) and not isfinite(checked):
         raise InputError(f"{wrong}it must be finite")
     low, high = estimator.said("limits").get(name, (checked, checked))

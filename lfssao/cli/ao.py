@@ -43,8 +43,8 @@ def add_to(ao: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     ao.description = """Compute the ambient occlusion of another renderer's textures by any estimator, merge, blur and
         shade, and write what 'lfssao render' writes, under the name of the depth's file: a reference for 'lfssao
-        compare'. Textures are EXR, TIFF or NPY files, float32 or half. A data window that begins at (-N, -N) has a
-        guard band of N texels, which AO looks into and the output has not."""
+        compare'. Textures are EXR, TIFF or NPY files, float32 or half. A data window larger than the display window
+        by N on each side has a guard band of N texels, which AO looks into and the output has not."""
     ao.set_defaults(run=_ao)
     add = ao.add_argument
     add("--depth", **_FILE, required=True, help="the layer depth (Z), or the only one of one channel")

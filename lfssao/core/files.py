@@ -66,11 +66,13 @@ def check_file(path: Path, hint: str = "") -> None:
 
 
 def read_text(path: Path) -> str:
-    """The text of a file; InputError if it cannot be read."""
+    """The text of a regular file; InputError if it cannot be read."""
     try:
         if path.exists() and not path.is_file():
             check_file(path)
         return path.read_text(encoding="utf-8")
+    except InputError:
+        raise
     except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a name that no file can have
         raise InputError(f"{path}: it cannot be read ({getattr(error, 'strerror', None) or error})") from error
 

@@ -23,9 +23,10 @@ def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
 
     Textures are 'depth' (H, W), 'positions' (H, W, 3), or left out and rebuilt on the texels' rays, and 'normals' (H,
     W, 3), or (H, W, 2) octahedral, float32. No surface: infinite depth, 1 of a window's kinds, 0 of 'reversed', 0 or
-    from the far plane on of 'linear' and 'view-z'. These and 'reversed' make depth and view linear (``linear_view``).
-    InputError if a number is not finite where there is a surface, or textures do not fit what is said of them, or each
-    other; the sentence names what fits better.
+    from the far plane on of 'linear', 'view-z', 'radial' and 'logarithmic', ``Description.background``, or a value that
+    more texels share than a surface has, which is noted (InputWarning). These kinds and 'reversed' make depth and view
+    linear (``linear_view``). InputError if a number is not finite where there is a surface, or textures do not fit what
+    is said of them, or each other; the sentence names what fits better.
 
     >>> from lfssao.optics.camera import Camera
     >>> seen = Camera("perspective", (0, 0, 4), (0, 0, 0), (0, 1, 0), 2, 1, 9).view(4, 2)

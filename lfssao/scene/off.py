@@ -46,7 +46,7 @@ def read_off(path: Path, data: bytes, assets: Assets) -> list[Part]:
     rows = None
     for head in (2, 3) if sizes[0] == 2 else (3,):  # the number of edges may be left out at the end of its line
         rest = np.diff(np.maximum(np.cumsum(sizes), head), prepend=head)
-        rows = rows or _by_lines(values[head:], rest[rest > 0], counts, [plain, plain + 3, plain + 4][bool(color) :])
+        rows = rows or _by_lines(values[head:], rest[rest > 0], counts, [plain, plain + 3, plain + 4])
     for width in [plain + 4, plain + 3] if color else [plain]:
         rows = rows or _by_words(values[3:], counts, width)
     if rows is None:
@@ -88,7 +88,7 @@ def _by_words(values: FloatArray, counts: IntArray, width: int) -> _Rows | None:
     """The rows of a file without colours of faces, wherever its lines end; None if the numbers do not fit."""
     place, begins = int(counts[0]) * width, []
     for _ in range(int(counts[1])):
-        if place >= len(values) or not 3 <= values[place] <= len(values):  # less may be part of a position
+        if place >= len(values) or not 0 <= values[place] <= len(values):
             return None
         begins.append(place)
         place += 1 + int(values[place])

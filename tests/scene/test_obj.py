@@ -145,12 +145,13 @@ def test_materials(folder, material, wanted, note):
 
 @pytest.mark.parametrize(("head", "names"), [
     ("mtllib m.mtl n.mtl", "ab"), ("mtllib m.mtl\nmtllib n.mtl", "ab"), ("mtllib m.mtl x y.mtl  n.mtl # three", "ab"),
-    ("mtllib x y.mtl", ("a b", "Mat #2")), ("mtllib ./x y.mtl # mine", ("a b # mine", "Mat #2")),
+    ("mtllib x y.mtl", ("a b", "Mat #2")), ("mtllib ./x y.mtl # mine", ("a b # mine", "Mat")),
     ("mtllib n.mtl\tm.mtl", "ab"), ("mtllib C:\\away\\m.mtl n.mtl", "ab"),
 ])  # fmt: skip
 def test_several_material_files_and_names_with_blanks(tmp_path, head, names):
     files = {"m": "newmtl a\nKd 1 0 0\n", "n": "newmtl a\nKd 1 1 1\nnewmtl b\nKd 0 1 0\n".encode("utf-16"),
-             "x y": "newmtl a b\nKd 1 0 0\nnewmtl Mat #1\nKd 1 1 1\nnewmtl Mat #2\nKd 0 1 0\n"}  # fmt: skip
+             "x y": "newmtl a b\nKd 1 0 0\nnewmtl Mat #1\nKd 1 1 1\n"
+                    "newmtl Mat #2\nKd 0 1 0\nnewmtl Mat\nKd 0 1 0\n"}  # fmt: skip
     text = f"usemtl {names[0]}\n{V}f 1 2 3\nusemtl {names[1]}\nf 3 4 1\n"
     for content in (f"{head}\n{text}", f"{text}{head}\n"):
         if head.startswith("mtllib n"):
@@ -204,6 +205,7 @@ def test_notes(folder, text, note):
     (PLAIN + "vn 1 2\n", "line 6: 'vn 1 2' has"), (PLAIN + "vt\n", "line 6: 'vt' has"),
     (PLAIN + "f 1 2 3_0\n", "line 6: no corner: 3_0"),
     (PLAIN + "f 1 \\\n2 9\n", "line 6: a face names a vertex that does not exist: 9 of 4"),
+    (PLAIN + "f 1 \\\n2 \\\n3\nv 1 2\n", "line 9: a vertex has 2 numbers"),
     (PLAIN + "f 1 2 -5\n", "line 6: a face names a vertex that does not exist: -5"),
     (PLAIN + "f 1/1/1/1 2 3\n", "line 6: no corner"), (PLAIN + "call b.obj\n", "line 6: 'call' makes"),
     (V + "f 1 3 2 4\n", "line 5: a face is a polygon of 4 corners that crosses itself"),

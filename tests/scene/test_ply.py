@@ -134,6 +134,14 @@ def test_colours_of_vertices(tmp_path, kind, names, values, wanted, note):
         assert [note in each for each in mesh.notes] == ([True] if note else [])
 
 
+def test_text_has_the_declared_precision(tmp_path):
+    vertices = [[0.1, 0.2, 0.3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    for kind, round_to in (("float", np.float32), ("double", np.float64)):
+        content = ply("ascii", ("vertex", named(kind, "xyz"), vertices), ("face", INDICES, [[[0, 1, 2]]]))
+        mesh = loaded(tmp_path, "a.ply", content)
+        assert mesh.vertices[0].tolist() == [float(round_to(value)) for value in vertices[0]]
+
+
 def test_vertices_colours_go_before_those_of_faces(tmp_path):
     three = named("uchar", ("red", "green", "blue"))
     content = square("ascii", [[[0, 1, 2, 3], 0, 255, 0]], [*INDICES, *three], three, [255, 0, 0])

@@ -6,6 +6,7 @@ import logging
 import re
 import struct
 import warnings
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -209,11 +210,6 @@ def test_transforms_of_a_scene_are_applied(tmp_path):
     assert mesh.bounds.tolist() == [[-0.5] * 3, [10.5, 0.5, 0.5]]
 
 
-def test_names_and_comments_in_latin_1(tmp_path):
-    path = write(tmp_path / "a.obj", ("# Ringstraße\n" + TRIANGLE).encode("latin-1"))
-    assert len(load_scene(path).faces) == 1
-
-
 def test_loading_is_silent_and_says_which_material_file_is_missing(tmp_path, capfd):
     broken = write(tmp_path / "a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex inf 0 0\nvertex 1 0 0\n"
                    "vertex 0 1 0\nendloop\nendfacet\nendsolid a\n")  # fmt: skip
@@ -334,6 +330,13 @@ def bad_transform(header, binary):
 def test_broken_meshes_are_refused(tmp_path, name, content, words):
     path = write(tmp_path / name, content)
     assert refused(path, words).startswith(f"{path}: ")
+
+
+@pytest.mark.parametrize("ending", ["zip", "3mf", "3dxml", "zae"])
+def test_archives_have_no_reader(tmp_path, ending):
+    with zipfile.ZipFile(tmp_path / f"a.{ending}", "w") as file:
+        file.writestr("3D/a.model", TRIANGLE)
+    refused(tmp_path / f"a.{ending}", r"it cannot be read as a mesh .*have no reader")
 
 
 def test_files_that_are_missing_or_may_not_be_read_folders_and_links(tmp_path, monkeypatch):

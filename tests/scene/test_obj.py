@@ -135,9 +135,9 @@ def test_vertices_without_colours_are_white_and_materials_multiply(folder, first
     ("Kd 1 0 0\nmap_d t.png", [1, 0, 0], "map_d is left out"),
 ])  # fmt: skip
 def test_materials(folder, material, wanted, note):
-    for begin in ("", "\ufeff"):
-        text = f"{begin}newmtl a\n{material}\nnewmtl b\nKd spectral x\nmap_Kd no.png\n"
-        mesh = loaded(folder, "a.obj", f"mtllib m.mtl\n{V}usemtl a\nf 1 2 3 4\n", m=text)
+    for begin, blank in (("", " "), ("\ufeff", "\t")):
+        text = f"{begin}newmtl{blank}a\n{material}\nnewmtl b\nKd spectral x\nmap_Kd no.png\n"
+        mesh = loaded(folder, "a.obj", f"mtllib{blank}m.mtl\n{V}usemtl{blank}a\nf 1 2 3 4\n", m=text)
         found = np.ones(3) if mesh.paint is None else colors(mesh)
         assert found == pytest.approx(np.broadcast_to(wanted, np.shape(found)), abs=1e-7)
         assert [note in each for each in mesh.notes] == ([True] if note else [])

@@ -22,7 +22,7 @@ class _Corners(dict[str, int]):
         self.triples = array("q")
 
     def __missing__(self, word: str) -> int:
-        parts = [int(part) if part else 0 for part in word.split("/")]
+        parts = [int(word)] if word.isdigit() else [int(part) if part else 0 for part in word.split("/")]
         if parts[0] == 0 or "_" in word or len(parts) > 3 or min(parts) < 0:
             raise ValueError("a face names vertex 0, but OBJ counts from 1" if parts[0] == 0 else f"no corner: {word}")
         self[word] = number = len(self)

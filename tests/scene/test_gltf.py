@@ -151,6 +151,7 @@ CUT = "is transparent at a part of its triangles"
     ({"alphaMode": "MASK"}, 1, [0.1, 0.4, 0.4, 0.4], None, 0),
     ({"alphaMode": "MASK"}, 1, 1, [[255, 128]], 2),
     ({"alphaMode": "MASK"}, 1, 1, [[255, 127]], CUT),
+    ({"alphaMode": "MASK", "alphaCutoff": 128 / 255}, 1, 1, [[128, 128]], 2),
     ({"alphaMode": "MASK"}, 0.9, 1, [[255, 128]], CUT),
     ({"alphaMode": "MASK"}, 1, 0.9, [[255, 128]], CUT),
     ({"alphaMode": "MASK"}, 0.9, 0.5, [[255, 255]], 0),
@@ -176,21 +177,29 @@ def test_what_is_cut_out_is_no_surface(tmp_path, mode, factor, alpha, image, fac
         assert ["translucent" in note for note in mesh.notes] == [True] * (faces == "translucent")
 
 
-@pytest.mark.parametrize(
-    ("wrap", "shift", "kept"), [(10497, 3, True), (33648, 3, False), (33071, -3, True), (33071, 0, True)]
-)
-def test_texels_that_a_mesh_does_not_show_cut_nothing_out(tmp_path, wrap, shift, kept):
-    """The right quarter of the image is transparent; the quad shows a part of its left half, in another tile."""
+@pytest.mark.parametrize(("wrap", "left", "wide", "words"), [
+    (10497, 3.1, 0.3, None),
+    (33648, 3.1, 0.3, CUT),  # a mirrored one is taken whole
+    (33071, -2.9, 0.3, None),
+    (33071, 0.1, 0.3, None),
+    (10497, 0.5, 0.21, None),
+    (10497, 0.5, 0.23, CUT),  # between the last texel that is there and the first that is not
+    (10497, 0.85, 0.05, "the file holds no triangles"),
+])  # fmt: skip
+@pytest.mark.parametrize("axis", [0, 1])
+def test_texels_that_a_mesh_does_not_show_cut_nothing_out(tmp_path, axis, wrap, left, wide, words):
+    """The right, or lower, quarter of the image is transparent; the quad shows a part of it, or of another tile."""
     alpha = np.full((4, 16), 255)
     alpha[:, 12:] = 0
-    for left, wide, words in ((shift + 0.1, 0.3, None if kept else CUT), (0.85, 0.05, "the file holds no triangles")):
-        made = Gltf(TEXCOORD_0=([[left, 0.6], [left + wide, 0.6], [left + wide, 0.4], [left, 0.4]],))
-        made.material(png(alpha_image(alpha)), {"wrapS": wrap}, alphaMode="MASK")
-        path = made.save(tmp_path / "a.glb")
-        if words:
-            refused(path, words)
-        else:
-            assert len(load_scene(path).faces) == 2
+    corners_uv = np.array([[left, 0.6], [left + wide, 0.6], [left + wide, 0.4], [left, 0.4]])
+    made = Gltf(TEXCOORD_0=(corners_uv[:, ::-1] if axis else corners_uv,))
+    sampler = {("wrapS", "wrapT")[axis]: wrap}
+    made.material(png(alpha_image(alpha.T if axis else alpha)), sampler, alphaMode="MASK")
+    path = made.save(tmp_path / "a.glb")
+    if words:
+        refused(path, words)
+    else:
+        assert len(load_scene(path).faces) == 2
 
 
 # --- accessors
@@ -318,7 +327,7 @@ def skinned(joints=((0, 1, 0, 0),) * 4, weights=((0.25, 0.75, 0, 0),) * 4, dtype
     ]
     made.header["scenes"][0]["nodes"] = [0, 1]
     inverse = np.tile(np.eye(4), (2, 1, 1))
-    inverse[1, :3, 3] = 0, 0, 3
+    inverse[1, :3, 3] = 0, 4, 3
     made.header["skins"] = [
         {"joints": [1, 2], "inverseBindMatrices": made.accessor(inverse.transpose(0, 2, 1).reshape(2, 16))}
     ]
@@ -331,7 +340,7 @@ def test_skins_stand_by_their_joints_alone(tmp_path, dtype):
     shares = np.array([[51, 204, 0, 0]] * 3 + [[255, 0, 0, 0]]) / 255
     mesh = load(skinned(weights=np.round(shares * most, 6 if dtype == "f4" else 0), dtype=dtype), tmp_path)
     first = moved(QUAD, 10, 0, 0)
-    second = moved(QUAD, 0, 0, 3) @ TURNED.T + [10, 0, 0]
+    second = moved(QUAD, 0, 4, 3) @ TURNED.T + [10, 0, 0]
     wanted = shares[:, :1] * first + shares[:, 1:2] * second
     assert mesh.vertices == pytest.approx(wanted, abs=1e-6)
     made = skinned()
@@ -348,7 +357,7 @@ def test_skins_of_eight_joints_and_of_weights_that_do_not_sum_to_1(tmp_path):
     second = ([[1, 1, 1, 1]] * 4, "u2")
     made = skinned(((0, 0, 0, 0),) * 4, ((0.1, 0.1, 0.1, 0.1),) * 4, JOINTS_1=second, WEIGHTS_1=([[0.1] * 4] * 4,))
     mesh = load(made, tmp_path)
-    half = (np.array(QUAD) + moved(QUAD, 0, 0, 3) @ TURNED.T) / 2 + [10, 0, 0]
+    half = (np.array(QUAD) + moved(QUAD, 0, 4, 3) @ TURNED.T) / 2 + [10, 0, 0]
     assert mesh.vertices == pytest.approx(half, abs=1e-6)
     assert mesh.notes == ("weights of its skins do not sum to 1 at every vertex: they are divided by their sum",)
 

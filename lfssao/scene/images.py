@@ -37,9 +37,15 @@ def read_image(path: Path) -> NDArray[np.float32]:
 
 
 def opacity(image: Any) -> NDArray[np.float32] | None:
-    """Opacity of a Pillow image, (h, w), 0 to 1; None where it is opaque."""
+    """Opacity of a Pillow image that is not loaded, (h, w), 0 to 1; None where it is opaque.
+
+    ValueError for opacity of 16 bits, of which Pillow gives 8.
+    """
     if not image.has_transparency_data:
         return None
+    layouts = [each.args if isinstance(each.args, str) else (each.args or ("",))[0] for each in image.tile]
+    if any("16" in str(layout) for layout in layouts):
+        raise ValueError("of its opacity of 16 bits only 8 can be read")
     alpha = np.asarray(image.convert("RGBA"))[..., 3]
     return None if (alpha == 255).all() else alpha.astype(np.float32) / np.float32(255)
 

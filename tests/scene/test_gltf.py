@@ -2,6 +2,7 @@
 
 import json
 import re
+import zlib
 from itertools import product
 
 import numpy as np
@@ -200,6 +201,25 @@ def test_texels_that_a_mesh_does_not_show_cut_nothing_out(tmp_path, axis, wrap, 
         refused(path, words)
     else:
         assert len(load_scene(path).faces) == 2
+
+
+def test_opacity_of_16_bits_is_refused_where_it_counts(tmp_path):
+    """Pillow has 8 bits of it, and cannot write such an image."""
+
+    def chunk(kind, data):
+        return len(data).to_bytes(4, "big") + kind + data + zlib.crc32(kind + data).to_bytes(4, "big")
+
+    size = (1).to_bytes(4, "big") * 2 + bytes([16, 6, 0, 0, 0])
+    image = (
+        chunk(b"IHDR", size)
+        + chunk(b"IDAT", zlib.compress(b"\0" + b"\xff\xff" * 3 + b"\x7f\xff"))
+        + chunk(b"IEND", b"")
+    )
+    made = Gltf(TEXCOORD_0=(UV,))
+    material = made.material(b"\x89PNG\r\n\x1a\n" + image)
+    assert load(made, tmp_path).paint.textures[0].tolist() == [[[1, 1, 1]]]
+    material["alphaMode"] = "MASK"
+    refused(made.save(tmp_path / "a.glb"), r"images\[0\]', which cannot be read \(of its opacity of 16 bits only 8")
 
 
 # --- accessors

@@ -29,7 +29,7 @@ class File:
         self.assets = assets
         self.arrays: dict[int, Any] = {}
         self.looks: dict[int, Any] = {}
-        self.images: dict[str, Any] = {}
+        self.images: dict[tuple[str, bool], Any] = {}
         self._needed: Counter[str] = Counter()
         self._buffers: dict[int, memoryview] = {}
         text, self._binary = _chunks(self.name, data) if data[:4] == b"glTF" else (data, None)

@@ -104,7 +104,7 @@ def _textured(file: File, look: Look, info: Item) -> Look:
         if look.least is not None:
             file.assets.note(f"{look.place} may be transparent: the texture that is given is taken for opaque")
         return look
-    image, alpha = _image(file, named)
+    image, alpha = _image(file, named, look.least is not None)
     return replace(look, image=image, opacity=alpha)
 
 
@@ -121,8 +121,8 @@ def _sampler(file: File, named: Item) -> Sampler:
     return found[0], found[1], found[2]
 
 
-def _image(file: File, named: Item) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
-    """Linear RGB and opacity of the image of a texture."""
+def _image(file: File, named: Item, clear: bool) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
+    """Linear RGB of the image of a texture, and its opacity if it may be ``clear``."""
     image = None
     for name, kind in _FORMATS.items():
         extension = named.extension(name)
@@ -134,11 +134,13 @@ def _image(file: File, named: Item) -> tuple[NDArray[np.float32], NDArray[np.flo
         raise named.fault(
             f"has its image only for {others}, which is not read" if others else "names no image", "source"
         )
-    if image.place not in file.images:
+    key = image.place, clear
+    if key not in file.images:
         found = file.view(image)
         inside = found is not None or image.text("uri").startswith("data:")
         data = None if not inside else bytes(found[1]) if found is not None else file.content(image)
         name = image.place if inside else image.text("uri")
-        file.images[image.place] = file.assets.image(name, data, lambda each: (texture(each), opacity(each)))
-    decoded: tuple[NDArray[np.float32], NDArray[np.float32] | None] = file.images[image.place]
-    return decoded
+        # Opacity first: it refuses images of 16 bits before they are loaded, when 8 are left.
+        file.images[key] = file.assets.image(name, data, lambda each: (opacity(each) if clear else None, texture(each)))
+    alpha, color = file.images[key]
+    return color, alpha

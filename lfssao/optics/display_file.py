@@ -13,6 +13,7 @@ from lfssao.optics.view import finite_numbers
 
 _MISSING = object()
 
+_MOST_BITS = 14_000  # of a whole number; of more Python refuses to write the digits
 MOST_MODULES = 10_000  # a hundred times the largest display that is published; beyond it the number is a slip
 
 
@@ -98,8 +99,8 @@ def parse_toml(text: str, origin: str) -> dict[str, Any]:
     while rest:
         value = rest.pop()
         rest += value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-        if isinstance(value, int) and not -(2**63) <= value < 2**63:
-            raise InputError(f"{origin}: it is not a TOML file (a whole number takes more than 64 bits)")
+        if isinstance(value, int) and value.bit_length() > _MOST_BITS:
+            raise InputError(f"{origin}: it is not a TOML file (a whole number of thousands of digits)")
     return values
 
 

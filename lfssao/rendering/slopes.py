@@ -16,6 +16,9 @@ _SAMPLES = 5_000
 _FEWEST = 50  # texels that say something
 _FLAT = 0.98  # length of the mean of the four triangles' normals at a texel where the surface bends little
 _SHARE = 0.25  # of the texels, those where it bends least, that are looked at in any case
+_OCTAVES = 12  # of the far plane, or the planes' distance, that are searched to each side, and then in fine steps
+_FINE = 6
+_MOST_RATIO = 20.0  # octaves between planes beyond which nothing changes
 _UNTOLD = (0.0, 0)
 
 
@@ -65,31 +68,25 @@ _CROSS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))  # rows down and columns rig
 
 def planes_that_fit(there: Mapping[str, Single], said: Description) -> list[tuple[float, int, str]]:
     """Angles, degrees, at how many texels, and words, by other planes of a camera whose screen space z they scale."""
-    if (
-        said.view.screen_to_world is None
-        or said.view.linear
-        or said.depth_kind in DISTANCES
-        or _is_half(there["depth"])
-    ):
+    view = said.view
+    if view.screen_to_world is None or view.linear or said.depth_kind in DISTANCES or _is_half(there["depth"]):
         return []  # halves of screen space z look like those of nearer planes
-    near, far, orthographic = said.view.lens[4:7].tolist()
+    near, far, orthographic = view.lens[4:7].tolist()
+    middle = 0.0 if orthographic else min(0.0, _MOST_RATIO - float(np.log2(far / near)))
     found: list[tuple[float, int, str, float]] = []
-    exponents = list(range(-12, 13))
-    for fine in (False, True):
-        middle = min(found)[3] if fine else 0.0
-        for k in exponents:
-            exponent = middle + k / 12 if fine else float(k)
-            factor = 2.0**exponent
-            other = near + (far - near) * factor if orthographic else far * factor
-            if other <= near * (1 + 1e-6) or not np.isfinite(other):
+    for steps in (1, _FINE):
+        for k in range(-_OCTAVES, _OCTAVES + 1) if steps == 1 else range(1 - _FINE, _FINE):
+            exponent = middle + k / steps
+            other = near + (far - near) * 2.0**exponent if orthographic else far * 2.0**exponent
+            if not orthographic and other < 1.01 * near:
                 continue
-            lens = said.view.lens.copy()
+            lens = view.lens.copy()
             lens[5] = other
-            changed = replace(said, view=with_lens(said.view, lens, said.view.cast_from_world))
-            words = (
-                f"planes {other - near:.2g} apart"
-                if orthographic
-                else f"a far plane about {other / near:.2g} times as far as the near plane, which is {far / near:.3g}"
-            )
-            found.append((*angle_to_normals(there, changed), words, exponent))
+            angle, count = angle_to_normals(there, replace(said, view=with_lens(view, lens, view.cast_from_world)))
+            words = f"a far plane about {other / near:.2g} times as far as the near plane, which is {far / near:.3g}"
+            if count:
+                found.append((angle, count, f"planes {other - near:.2g} apart" if orthographic else words, exponent))
+        if not found:
+            return []
+        middle = min(found)[3]
     return [each[:3] for each in found]

@@ -4,9 +4,11 @@ import re
 from pathlib import Path
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 from exr_parts import read_parts, write_parts
 from jobs import manifest_of, render, sentence
+from PIL import Image
 
 from lfssao import Part, WorldToImage, read_exr, write_exr
 from lfssao.cli.main import main
@@ -121,6 +123,8 @@ def inputs(tmp_path, monkeypatch):
         ((spec, pixels),) = read_parts("D.exr")
         spec.x, spec.y = left, top
         write_parts(f"{name}.exr", [(spec, pixels)])
+    write_exr(Path("small.exr"), [Part("", ("Y",), flat[1:])])
+    Image.new("L", (8, 6)).save("a.png")
     write_exr(Path("two.exr"), [Part("a", ("a",), flat), Part("b", ("b",), flat)])
     slits = "z_m = 1\nz_o = -1\nu_0 = 4\nv_0 = 3\n"
     Path("B.toml").write_text(f'kind = "crossed slits"\nM = {np.eye(3, 4).tolist()}\n{slits}')
@@ -137,6 +141,41 @@ def test_half_is_widened_exactly(inputs):
     assert differing(half, single) == []
 
 
+def test_layers_of_a_file_with_several_are_named_by_map(inputs):
+    """As Blender names them, of one part or of several, and vectors in channels X, Y and Z."""
+    depth, positions = np.load("D.npy"), np.load("P.npy")
+    names = [f"V.{name}" for name in ("Combined.R", "Combined.G", "Combined.B", "Combined.A", "Mist.Z", "Depth.Z")]
+    names += [f"V.Position.{axis}" for axis in "XYZ"]
+    planes = np.concatenate([np.ones((6, 8, 5), np.float32), depth[..., None], positions], axis=-1)
+    write_exr(Path("all.exr"), [Part("", tuple(names), planes)])
+    write_exr(Path("apart.exr"), [Part(name, (name,), planes[..., [k]]) for k, name in enumerate(names[:6])])
+    write_exr(Path("xyz.exr"), [Part("", ("X", "Y", "Z"), positions)])
+    np.save("first.npy", np.moveaxis(positions, -1, 0))
+    np.save("one.npy", depth[None])
+    right = run(inputs / "right", "--depth", "D.npy", *GIVEN)
+    assert right["ao_1"].pixels.max() > 0
+    rules = ["--map", "V.Depth=depth"], ["--map", "V.Depth.Z=depth"]
+    cases = [("all.exr", rule, "all.exr", ["--map", "V.Position=positions"]) for rule in rules]
+    cases += [("apart.exr", rules[0], "xyz.exr", []), ("one.npy", [], "first.npy", [])]
+    for number, (first, rule, second, more) in enumerate(cases):
+        words = "--depth", first, "--positions", second, *GIVEN[2:], *rule, *more
+        assert differing(run(inputs / f"{number}", *words), right) == []
+
+
+def test_an_image_is_read_as_it_is_seen(inputs):
+    """Rows stored from below by their tag, and both windows off the origin, give the bits of the plain file."""
+    depth = np.load("D.npy")
+    right = run(inputs / "right", "--depth", "D.npy", *GIVEN)
+    for name, pixels in (("below.tif", depth[::-1]), ("off.exr", depth)):
+        spec = oiio.ImageSpec(8, 6, 1, "float")
+        if name == "below.tif":
+            spec.attribute("Orientation", 4)
+        else:
+            spec.x = spec.y = spec.full_x = spec.full_y = -5
+        write_parts(name, [(spec, np.ascontiguousarray(pixels)[..., None])])
+        assert differing(run(inputs / name[:-4], "--depth", name, *GIVEN), right) == []
+
+
 @pytest.mark.parametrize(("changes", "reason"), [
     ({"--positions": "small.npy"}, "--positions: small.npy: it has 8x5 texels, depth has 8x6"),
     ({"--estimator": "foo"}, "--estimator: there is no estimator 'foo'"),
@@ -147,10 +186,15 @@ def test_half_is_widened_exactly(inputs):
     ({"--depth": "double.npy"}, "--depth: double.npy: it is of float64, expected float32 or half"),
     ({"--depth": "whole.npy"}, "--depth: whole.npy: it is of uint16, expected float32 or half"),
     ({"--depth": "nan.npy"}, "depth: nan at column 0, row 0 from above is no depth of depth_kind = 'image'"),
-    ({"--depth": "moved.exr"}, "--depth: moved.exr: its data window reaches beyond its display window by -2, -3, 2, 3 texels"),
-    ({"--depth": "narrow.exr"}, "--depth: narrow.exr: its data window reaches beyond its display window by 3, 3, -3, -3 texels"),
+    ({"--depth": "moved.exr"}, "moved.exr: its data window reaches beyond its display window by -2, -3, 2, 3"),
+    ({"--depth": "narrow.exr"}, "narrow.exr: its data window reaches beyond its display window by 3, 3, -3, -3"),
     ({"--depth": "two.exr"}, "--depth: two.exr: expected a layer depth or just one of 1 channel, it holds a of a; b"),
     ({"--depth": "none.npy"}, "none.npy: there is no such file"),
+    ({"--map": "a=depth"}, "--depth: D.npy: there is no layer or channel 'a', which --map names"),
+    ({"--map": "a=normals"}, "--map: there is no layer 'normals': choose one of depth, Z, depth.Z, positions"),
+    ({"--depth": "two.exr", "--map": "b=a"}, "--map: there is no layer 'a'"),
+    ({"--depth": "a.png"}, "--depth: a.png: it is of format png, not EXR, TIFF or NPY"),
+    ({"--rotate": "small.exr"}, "--rotate: small.exr: it has 8x5 angles, textures with guard have 8x6"),
     ({"--image": "four.npy"}, "--image: four.npy: expected a layer color or just one of 3 channels"),
     ({"--buffers": "none.toml"}, "none.toml: it cannot be read"),
     ({"--buffers": "bad.toml"}, "bad.toml: there is no kind 'None'"),

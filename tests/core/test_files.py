@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from lfssao.core.files import _namespace, check_folder, output_folder, write_whole
+from lfssao.core.files import _namespace, check_folder, output_folder, read_text, write_whole
 from lfssao.errors import InputError
 
 
@@ -113,3 +113,16 @@ def test_check_folder_touches_nothing(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="no permission"):
         check_folder(tmp_path / "a" / "b")
     assert sorted(os.listdir(tmp_path)) == ["file", "link"]
+
+
+def test_text_is_read_of_regular_files_alone(tmp_path):
+    """A pipe would wait for whoever writes into it."""
+    os.mkfifo(tmp_path / "pipe")
+    for path, reason in (
+        (tmp_path / "pipe", "it is not a regular file"),
+        (tmp_path, "it is a folder, not a file"),
+        (Path("/dev/zero"), "it is not a regular file"),
+        (tmp_path / ("a" * 300), "it cannot be read"),
+    ):
+        with pytest.raises(InputError, match=f"^{path}: {reason}"):
+            read_text(path)

@@ -19,6 +19,7 @@ MATRIX = {"kind": "matrix", "M": [[30.0, 0, -20, 0], [0, -30, -15, 0], [0, 0, -1
 MODULE = {"kind": "module", "display": "convex", "module": 2, "physical_from_world": ROWS}
 EYE = np.eye(4).tolist()
 LENS = [[1.5, 0, 0.1, 0], [0, 2, -0.2, 0], [0, 0, -1.5, -2.5], [0, 0, -1, 0]]
+FLAT = [[1.5, 0, 0, 0], [0, 2, 0, 0], [0, 0, -0.1, -1], [0, 0, 0, 1]]
 CAMERA = {"kind": "camera", "view": EYE, "projection": LENS, "clip": "opengl"}
 PLACE = {"m_x": 0.1, "m_y": 0, "m_z": 0.8, "y_o": 0.2, "z_o": -2,
          "homography": [900.0, 1, 500, 2, -900, 250, 0, 0.01, 1]}  # fmt: skip
@@ -121,6 +122,20 @@ def test_a_far_plane_at_infinity(tmp_path, slope):
     (CAMERA, {"projection": [[1.5, 0.3, 0.1, 0], *LENS[1:]]}, "the view is skewed: right, down and depth must be at"),
     (CAMERA, {"projection": [*LENS[:2], [0.2, 0, -1.5, -2.5], LENS[3]]}, "the view is skewed: right, down and depth"),
     (CAMERA, {"fov": 3}, "there is no key 'fov': choose one of kind, view, projection, clip, layout, rows"),
+    (CAMERA, {"depth_kind": "logarithmic"}, "depth_constant, C of ln(C z + 1) / ln(C far + 1), is of depth_kind"),
+    (CAMERA, {"depth_kind": "linear", "depth_constant": 1}, "depth_constant, C of ln(C z + 1) / ln(C far + 1), is"),
+    *((CAMERA, {"depth_kind": "logarithmic", "depth_constant": wrong}, "depth_constant is ") for wrong in (0, -1, "a")),
+    (CAMERA, {"depth_kind": "logarithmic", "depth_constant": 1, "projection": [*LENS[:2], [0, 0, -1, -1], LENS[3]]},
+     "depth_kind is 'logarithmic', and the projection has no far plane"),
+    (CAMERA, {"depth_kind": "radial", "projection": FLAT}, "depth_kind is 'radial', an orthographic camera has no eye"),
+    *((CAMERA, {"background": wrong}, "background is ") for wrong in (1e39, "0", float("nan"), [1])),
+    (CAMERA, {"view": np.diag([1e308, 1e308, 1e308, 1]).tolist()}, "view: it scales or skews"),
+    (CAMERA, {"projection": np.diag([1e308, 1e308, 1e308, 1]).tolist()}, "the matrix of the view is singular"),
+    (MATRIX, {"M": [[8, 0, 4, -1e150], [0, -8, 3, 0], [0, 0, 1.25, -1.25], [0, 0, 1e-200, 1e154]]}, ""),
+    (SLITS, {"M": [[1e308, 0, 0, 1e308], [0, 1e308, 0, 0], [0, 0, 1e-308, 0]]}, ""),
+    (MODULE, {"display": "virtual", "module": 0,
+              "physical_from_world": [[1, 0, 0, 0], [0, 1, 0, 1e308], [0, 0, 1, 0]]}, "its numbers are too large"),
+    (MODULE, {"module": 10**400}, "module is 1000"),
     (MODULE, {"module": 99}, "module is 99, convex has 0 to "),
     (MODULE, {"display": "round"}, "there is no display 'round'"),
     (MODULE, {"physical_from_world": [ROWS[0]] * 3}, "physical_from_world has no inverse"),

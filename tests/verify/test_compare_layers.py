@@ -1,11 +1,14 @@
 """Files and channels that ``lfssao compare`` finds: formats, names, rules, sizes and types."""
 
 import shutil
+import zlib
 from dataclasses import replace
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 from compare_folders import LAYERS, MODULES, changed, compare, different, single, verdicts, write_image
+from exr_parts import write_parts
 from PIL import Image
 
 import lfssao
@@ -158,3 +161,34 @@ def test_folders_of_pictures(tmp_path):
     Image.fromarray(codes).save(tmp_path / "a" / "three.png")
     assert compare(tmp_path / "a", tmp_path / "b") == 1
     assert compare(tmp_path / "b", tmp_path / "a") == 2
+
+
+def test_rows_from_below_by_their_tag_are_turned_and_other_sizes_are_not_decoded(tmp_path, capsys, reference):
+    """A module's texture as TIFF of Orientation 4; and a PNG of more texels than memory holds, as its header says."""
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    for module in MODULES:
+        pixels = read_exr(reference / f"{module}.exr")["merged"].pixels
+        spec = oiio.ImageSpec(*pixels.shape[1::-1], 1, "float")
+        spec.attribute("Orientation", 4)
+        write_parts(mine / f"{module}_merged.tif", [(spec, np.ascontiguousarray(pixels[::-1]))])
+    assert compare(mine, reference, "--layers", "merged") == 0
+    (mine / f"{MODULES[0]}_merged.tif").unlink()
+    path = mine / f"{MODULES[0]}_merged.png"
+    Image.new("L", (4, 4)).save(path)
+    data = bytearray(path.read_bytes())
+    data[16:24] = (16_000).to_bytes(4, "big") * 2
+    data[29:33] = zlib.crc32(data[12:29]).to_bytes(4, "big")
+    path.write_bytes(data)
+    capsys.readouterr()
+    assert compare(mine, reference, "--layers", "merged") == 3
+    assert "it has 16000x16000 texels, the reference's has" in capsys.readouterr().out
+
+
+def test_z_of_a_vector_is_not_taken_for_depth(tmp_path):
+    """Channels X, Y and Z are one layer, so that depth is missing."""
+    flat = np.ones((4, 5, 3), np.float32)
+    write_exr(tmp_path / "mine.exr", [Part("", ("X", "Y", "Z"), flat)])
+    write_exr(tmp_path / "right.exr", [Part("depth", ("Z",), flat[..., :1]), Part("merged", ("AO",), flat[..., :1])])
+    report = lfssao.compare(tmp_path / "mine.exr", tmp_path / "right.exr")
+    assert verdicts(report)["right", "depth"] is Verdict.MISSING

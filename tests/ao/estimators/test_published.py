@@ -45,6 +45,9 @@ def test_like_sets_what_is_not_given(tmp_path):
     assert made["parameters"] == {**find_published("g3d").parameters, "beta": 0.5}
     assert (made["units"], made["rotation"]) == ("world", "r2")
     render(tmp_path / "c", "--like", "g3d", "--estimator", "lf", code=2)
+    for samples in (0, -3, 10**9):
+        (tmp_path / "mine.toml").write_text(f'estimator = "lf"\nradius = 1.0\nsamples = {samples}\n')
+        render(tmp_path / "d", "--like", str(tmp_path / "mine.toml"), code=2)
 
 
 @pytest.mark.parametrize(("text", "words"), [
@@ -53,6 +56,10 @@ def test_like_sets_what_is_not_given(tmp_path):
     ('estimator = "sao"\nradius = 1', "radius is 1, it must be of type float"),
     ('estimator = "sa0"\nradius = 1.0', "there is no estimator 'sa0'"),
     ('estimator = "sao"\nradius = 1.0\nspin = 2.0', "there is no key 'spin'"),
+    ('estimator = "alchemy"\nradius = 1e200', "radius is 1e.200, its power 2 is out of range"),
+    ('estimator = "sao"\nradius = 1.0\n[parameters]\nbeta = 1' + "0" * 400, "estimator sao: beta is 1000"),
+    ('estimator = "sao"\nradius = 1.0\nsamples = 0x' + "f" * 5000, "it is not a TOML file"),
+    ('estimator = "sao"\nradius = 1.0\nrotate = "angles.npy"', "there is no rotation 'angles.npy'"),
     ('estimator = "sao"\nradius = 1.0\n[parameters]\nbeat = 2.0', "estimator sao has no parameter 'beat'"),
 ])  # fmt: skip
 def test_a_wrong_file_is_refused_by_name(tmp_path, text, words):

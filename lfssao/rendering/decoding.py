@@ -28,7 +28,7 @@ def upright(textures: Mapping[str, Single], said: Description) -> dict[str, Sing
 def distances(depth: Single, said: Description, rows: Texels = None, columns: Texels = None) -> Double:
     """Cast space z of a depth texture: infinite where there is no surface, NaN where a number is no depth.
 
-    Of some texels, ``depth`` is (n, m), and ``rows`` and ``columns`` are theirs in the whole texture, row 0 above.
+    ``depth`` may be some texels, (n, m), of ``rows`` and ``columns`` in the whole texture, row 0 above.
     """
     view, kind = said.view, said.depth_kind
     with np.errstate(invalid="ignore", over="ignore"):  # of a NaN that signals, and a value that no texture has

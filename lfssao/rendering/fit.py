@@ -52,7 +52,7 @@ def checked(textures: Textures, said: Description) -> Description:
 
 
 def _fitting(textures: Textures, said: Description) -> str:
-    """What fits, as the end of a sentence; '' if nothing does."""
+    """The end of a sentence with the descriptions that fit; '' if none does."""
     found = [(other, words) for other, words in _others(textures, said) if not fault_of(textures, other)]
     if "normals" in textures and found:
         angles = [angle_to_normals(upright(textures, other), other)[0] for other, _ in found]

@@ -1,5 +1,6 @@
 """Writing files so that each is whole or absent, and reading text."""
 
+import errno
 import json
 import os
 import re
@@ -19,6 +20,7 @@ from lfssao.errors import InputError
 
 _BLOCK = 65_536  # bytes
 _DAY = 86_400  # seconds
+_CANNOT_SYNC = (errno.EINVAL, errno.ENOTSUP)  # by file systems that cannot sync a folder
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
@@ -41,7 +43,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         with part.open("rb+") as stream:
             os.fsync(stream.fileno())
         part.replace(path)
-        _sync_names(path.parent)
+        _sync_folder(path.parent)
     except OSError as error:
         full = ""
         with suppress(OSError):  # libraries' messages do not name that cause
@@ -66,13 +68,10 @@ def check_file(path: Path, hint: str = "") -> None:
 
 
 def read_text(path: Path) -> str:
-    """The text of a regular file; InputError if it cannot be read."""
+    """The text of a file; InputError if it is no regular file or cannot be read."""
+    check_file(path)
     try:
-        if path.exists() and not path.is_file():
-            check_file(path)
         return path.read_text(encoding="utf-8")
-    except InputError:
-        raise
     except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a name that no file can have
         raise InputError(f"{path}: it cannot be read ({getattr(error, 'strerror', None) or error})") from error
 
@@ -101,14 +100,19 @@ def _namespace() -> str:
         return "0"
 
 
-def _sync_names(folder: Path) -> None:
-    """Let a rename survive a power failure, where the system can sync a folder."""
-    with suppress(OSError):
+def _sync_folder(folder: Path) -> None:
+    """Let the names in a folder survive a power failure, where the system can sync it; OSError if that fails."""
+    try:
         number = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(number)
-        finally:
-            os.close(number)
+    except PermissionError:  # one that can be written and not be read, and any folder on Windows
+        return
+    try:
+        os.fsync(number)
+    except OSError as error:
+        if error.errno not in _CANNOT_SYNC:
+            raise
+    finally:
+        os.close(number)
 
 
 def remove_leftovers(folder: Path) -> None:
@@ -154,6 +158,8 @@ def output_folder(path: Path) -> Iterator[None]:
         try:
             path.mkdir(parents=True, exist_ok=True)
             tempfile.TemporaryFile(dir=path).close()
+            for folder in missing:
+                _sync_folder(folder.parent)
         except OSError as error:
             raise InputError(f"{path}: the output folder cannot be written ({error.strerror or error})") from error
         yield

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.core.files import check_file
 from lfssao.core.memory import check_available
 from lfssao.errors import InputError
 
@@ -21,6 +22,7 @@ def read_npy(path: Path) -> NDArray[Any]:
     InputError if the file cannot be read, holds something else, or is not of exactly the bytes of its numbers, before
     memory is taken for them.
     """
+    check_file(path)
     try:
         with path.open("rb") as file:
             stream = BytesIO(file.read(_MOST_HEADER))  # NumPy takes memory for any length that a header claims to have
@@ -41,3 +43,10 @@ def read_npy(path: Path) -> NDArray[Any]:
         reason = (getattr(error, "strerror", None) or str(error)).split("\n")[0]
         raise InputError(f"{path}: it cannot be read as an NPY file ({reason})") from None
     return numbers.astype(dtype.newbyteorder("="), copy=False)
+
+
+def write_npy(path: Path, array: NDArray[Any]) -> None:
+    """Write an array; OSError if it cannot be written."""
+    stream = BytesIO()  # NumPy would not notice that the end of a file is lost as it is closed
+    np.save(stream, array)
+    path.write_bytes(stream.getbuffer())

@@ -1,14 +1,14 @@
 """Textures in multi-part OpenEXR files: float32, lossless, channels by name."""
 
+import hashlib
 import json
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenEXR
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
@@ -19,6 +19,9 @@ from lfssao.rendering.image_file import PARTS, PREFIX, first_line, guard_of, rea
 
 _KINDS = {"name": str, "channels": tuple | list, "pixels": np.ndarray, "attributes": Mapping}  # of a part
 _LARGEST = float(np.finfo(np.float32).max)
+_CHUNK_LINES = {"zip": 16, "rle": 1}  # lines of texels in a chunk
+_SEAL = "file_sha256"  # the attribute of a file's first part that ``is_sealed`` looks at
+_BLANK = "0" * 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,16 +58,16 @@ class Part:
 
 
 def use_one_thread_a_file() -> None:
-    """Let OpenImageIO and OpenEXR read and write each file in the calling thread, in all of this process."""
+    """Let OpenImageIO read and write each file in the calling thread, in all of this process."""
     oiio.attribute("threads", 1)
     oiio.attribute("exr_threads", -1)
 
 
-def write_exr(path: str | Path, parts: Sequence[Part], single_part: bool = False) -> None:
+def write_exr(path: str | Path, parts: Sequence[Part], single_part: bool = False, sealed: bool = False) -> None:
     """Write parts to one file, whole or not at all, zip-compressed; many viewers open part 0 alone.
 
     With ``single_part`` that holds all channels, whose names must differ, in a window with the widest guard band;
-    ``read_exr`` gives the parts back.
+    ``read_exr`` gives the parts back. With ``sealed`` the file holds a digest of its own bytes (``is_sealed``).
 
     InputError if the file cannot be written, or would not hold what the parts hold: pixels that are not float32, names
     that are not unique or too long for the format, numbers beyond 32 bits, several display windows.
@@ -86,7 +89,7 @@ def write_exr(path: str | Path, parts: Sequence[Part], single_part: bool = False
         raise InputError(f"{path}: the parts' names must differ, and one is needed: {', '.join(names)}")
     written = [_joined(parts)] if single_part else parts
     _check_part(name, written[0])
-    write_whole(path, lambda temporary: write_parts(temporary, written))
+    write_whole(path, lambda temporary: write_parts(temporary, written, sealed))
 
 
 def _joined(parts: Sequence[Part]) -> Part:
@@ -131,34 +134,111 @@ def _check_part(label: str, part: Part) -> None:
             raise InputError(f"{label}: attribute {name} is {value}, beyond 32 bits")
 
 
-def write_parts(path: Path, parts: Sequence[Part]) -> None:
-    """Write parts that ``write_exr`` has checked, and read the end of the file back; OSError if not all is there."""
-    try:
-        OpenEXR.File([_openexr_part(part) for part in parts]).write(str(path))
-    except RuntimeError as error:
-        raise OSError(str(error).rpartition('". ')[2]) from error  # without the file's name
-    # On a full disk OpenEXR loses, without an error, pixels that it writes as it closes the file.
+def write_parts(path: Path, parts: Sequence[Part], sealed: bool = False) -> None:
+    """Write parts that ``write_exr`` has checked, and read headers and chunk tables back; OSError if one is lost."""
+    if sealed:
+        parts = [replace(parts[0], attributes={**parts[0].attributes, _SEAL: _BLANK}), *parts[1:]]
+    specs = tuple(_spec(part) for part in parts)
+    output: Any = oiio.ImageOutput.create("openexr")
+    for number, part in enumerate(parts):
+        opened = output.open(str(path), specs[number], "AppendSubimage") if number else output.open(str(path), specs)
+        if not opened or not output.write_image(np.ascontiguousarray(part.pixels)):
+            raise OSError(first_line(output.geterror()))
+    if not output.close():
+        raise OSError(first_line(output.geterror()))
+    data = path.read_bytes()
+    _check_headers(path, specs)
+    _check_chunks(data, parts)
+    if sealed:
+        with path.open("rb+") as stream:
+            stream.seek(_seal_place(data))
+            stream.write(_digest_but_seal(data).encode())
+
+
+def _spec(part: Part) -> Any:
+    height, width, channels = part.pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT)
+    spec.channelnames = part.channels
+    spec.x = spec.y = -part.guard
+    spec.full_width, spec.full_height = width - 2 * part.guard, height - 2 * part.guard
+    spec.attribute("name", part.name)
+    spec.attribute("compression", part.compression)
+    spec.attribute("DateTime", "")  # else the bytes depend on the time
+    for name, value in part.attributes.items():
+        spec.attribute(f"{PREFIX}{name}", value)
+    return spec
+
+
+def _check_headers(path: Path, specs: Sequence[Any]) -> None:
+    """Read each part's header; OSError if one does not say what was written."""
     source = oiio.ImageInput.open(str(path))
     if source is None:
         raise OSError(first_line(oiio.geterror()))
-    end = parts[-1].pixels.shape[0] - parts[-1].guard
-    if source.read_scanlines(len(parts) - 1, 0, end - 1, end, 0, 0, 1, oiio.FLOAT) is None:
-        raise OSError(first_line(source.geterror()))
+    try:
+        for number, spec in enumerate(specs):
+            found = source.spec(number, 0)
+            windows = (found.roi, found.roi_full) == (spec.roi, spec.roi_full)
+            if not windows or sorted(found.channelnames) != sorted(spec.channelnames):
+                raise OSError(f"the header of part {number} was lost")
+    finally:
+        source.close()
 
 
-def _openexr_part(part: Part) -> Any:
-    height, width, _ = part.pixels.shape
-    low, high, guard = np.array([0, 0], np.int32), np.array([width, height], np.int32) - 1, int(part.guard)
-    header = {
-        "type": OpenEXR.scanlineimage,
-        "compression": getattr(OpenEXR, f"{part.compression.upper()}_COMPRESSION"),
-        "dataWindow": (low - guard, high - guard),
-        "displayWindow": (low, high - 2 * guard),
-        **{f"{PREFIX}{name}": value for name, value in part.attributes.items()},
-    }
-    # Channels one by one: OpenEXR takes an array for one without gaps, whatever its strides are.
-    channels = {name: np.ascontiguousarray(part.pixels[..., k]) for k, name in enumerate(part.channels)}
-    return OpenEXR.Part(header, channels, part.name)
+def _check_chunks(data: bytes, parts: Sequence[Part]) -> None:
+    """Follow the chunk tables; OSError unless each part's chunks fill the file to its end, as they were written."""
+    # OpenEXR loses, without an error, tables that it cannot write as it closes a file. Its readers mend such files.
+    starts = [np.arange(0, part.pixels.shape[0], _CHUNK_LINES[part.compression]) - part.guard for part in parts]
+    numbers = [np.full(len(lines), number) for number, lines in enumerate(starts)]
+    head = np.stack([np.concatenate(numbers), np.concatenate(starts)], axis=1)[:, int(len(parts) == 1) :]
+    try:
+        place = _end_of_headers(data, len(parts) > 1)
+        offsets = np.frombuffer(data, "<u8", len(head), place)
+        words = np.frombuffer(data, np.uint8)[offsets[:, None] + np.arange(4 * (head.shape[1] + 1), dtype=np.uint64)]
+        found = words.view("<i4")
+        ends = offsets + np.uint64(words.shape[1]) + found[:, -1].astype(np.uint64)
+        begins = np.append(offsets, len(data)).astype(np.uint64)
+        whole = begins[0] == place + 8 * len(head) and (begins[1:] == ends).all() and (found[:, :-1] == head).all()
+    except (IndexError, ValueError):
+        whole = False
+    if not whole:
+        raise OSError("its chunk tables were lost")
+
+
+def _end_of_headers(data: bytes, several: bool) -> int:
+    """The place at which the chunk tables begin; ValueError or IndexError if the headers do not end."""
+    place = 8  # after magic number and version
+    while data[place]:  # a header of attributes
+        while data[place]:  # an attribute: name, type, size, value
+            size = data.index(0, data.index(0, place) + 1) + 1
+            place = size + 4 + int.from_bytes(data[size : size + 4], "little")
+        place += 1
+        if not several:
+            return place
+    return place + 1
+
+
+def is_sealed(path: Path) -> bool:
+    """Whether every bit of a file is as ``write_exr`` left it with ``sealed``; OSError if it cannot be read."""
+    data = path.read_bytes()
+    try:
+        place = _seal_place(data)
+    except ValueError:
+        return False
+    return data[place : place + len(_BLANK)] == _digest_but_seal(data).encode()
+
+
+def _seal_place(data: bytes) -> int:
+    """The place of a file's own digest; ValueError if it holds none."""
+    label = f"{PREFIX}{_SEAL}\0string\0".encode() + len(_BLANK).to_bytes(4, "little")
+    return data.index(label) + len(label)
+
+
+def _digest_but_seal(data: bytes) -> str:
+    """The SHA-256 of a file's bytes, zeros in the place of its own digest."""
+    place = _seal_place(data)
+    sha = hashlib.sha256(data[:place] + _BLANK.encode())
+    sha.update(memoryview(data)[place + len(_BLANK) :])
+    return sha.hexdigest()
 
 
 def read_exr(path: str | Path, names: Collection[str] | None = None) -> dict[str, Part]:

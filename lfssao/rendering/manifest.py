@@ -21,7 +21,7 @@ from lfssao.scene.mesh import Mesh
 FORMAT = 1
 MANIFEST = "manifest.json"
 ANGLES = "angles.npy"  # of texels, where they are no rotation that has a name
-_PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "OpenImageIO", "OpenEXR", "pillow")
+_PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "OpenImageIO", "pillow")
 
 
 def digest(array: NDArray[Any]) -> str:

@@ -1,12 +1,12 @@
 """The files of a job: an EXR file a view, and the contact sheet and manifest of each frame.
 
-An EXR file proves itself: its metadata hold the SHA-256 of each part's pixels, that of its headers, and the identity
-of what they were made from (``Job.identity``), so that a later job can take it up.
+An EXR file proves itself: its metadata hold the SHA-256 of each part's pixels, that of the file, and the identity of
+the inputs that they were made from (``Job.identity``), so that a later job can take it up.
 """
 
 import json
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -19,15 +19,16 @@ from PIL.Image import Image
 from lfssao import __version__
 from lfssao.core.affine import sum_in_order
 from lfssao.core.files import remove_leftovers, write_text, write_whole
+from lfssao.core.npy import write_npy
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
 from lfssao.optics.view import View, without_guard
 from lfssao.rendering import doubts, plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip, white, with_ao
-from lfssao.rendering.exr import Part, as_stored, read_exr, write_exr
+from lfssao.rendering.exr import Part, is_sealed, read_exr, write_exr
 from lfssao.rendering.folder import display_of, fill
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.manifest import ANGLES, FORMAT, MANIFEST, describe_view, digest, short_digest
+from lfssao.rendering.manifest import ANGLES, FORMAT, MANIFEST, describe_view, digest
 from lfssao.rendering.passes import Textures
 from lfssao.rendering.settings import Settings
 from lfssao.rendering.viewer import LightField
@@ -86,9 +87,8 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
     begin = time.perf_counter()
     parts = exr_parts(textures)
     parts[0] = _with(parts[0], **_said(job, item), made_from=json.dumps(job.identity(item)))
-    parts[0] = _with(parts[0], header_sha256=_header_digest(parts))
     hashed = time.perf_counter()
-    write_exr(job.path(item), parts, job.single_part)
+    write_exr(job.path(item), parts, job.single_part, sealed=True)
     written = time.perf_counter()
     picture = _strip(job, item, parts)
     seconds = {"digest": hashed - begin, "write": written - hashed, "contact": time.perf_counter() - written}
@@ -115,12 +115,12 @@ def recover_view(job: Job, item: Item) -> Result | None:
     path, start = job.path(item), time.perf_counter()
     try:
         parts = [_in_order(part) for part in read_exr(path).values()]
-        if parts[0].attributes["header_sha256"] != _header_digest(parts):
+        if not is_sealed(path):
             return None
         made_from = dict(json.loads(parts[0].attributes["made_from"]))
         whole = [digest(part.pixels) for part in parts] == [part.attributes["sha256"] for part in parts]
         entry = entry_of(job.views[item.view], path, parts, {})
-    except (InputError, KeyError, ValueError, IndexError, AttributeError, TypeError):
+    except (InputError, OSError, KeyError, ValueError, IndexError, AttributeError, TypeError):
         return None  # no file, or none of ours: it is made anew, as any file in the way is
     wanted = job.identity(item)
     if made_from != wanted:
@@ -131,15 +131,6 @@ def recover_view(job: Job, item: Item) -> Result | None:
         return None
     picture = _strip(job, item, parts)
     return Result({**entry, "seconds": {"verify": time.perf_counter() - start}}, picture)
-
-
-def _header_digest(parts: Sequence[Part]) -> str:
-    """The SHA-256 of all that the parts' headers say but itself, numbers as the file has them."""
-    said = []
-    for part in parts:
-        attributes = {name: value for name, value in part.attributes.items() if name != "header_sha256"}
-        said.append([part.name, part.channels, part.pixels.shape, part.guard, as_stored(attributes)])
-    return short_digest(said)
 
 
 def _with(part: Part, **attributes: str | int) -> Part:
@@ -184,18 +175,22 @@ def entry_of(view: View, path: Path, parts: Sequence[Part], seconds: dict[str, f
     }
 
 
-def make_ready(job: Job, items: Iterable[Item]) -> None:
+def make_ready(job: Job, items: Collection[Item]) -> None:
     """Make folders ready for the items that are still to be done.
 
-    The manifest and the sheet of an earlier job go before its files are replaced: they show files that are gone.
+    The manifest and the sheet of an earlier job go before its files are replaced: they show files that are gone. A pipe
+    or a device in the way of a file goes, else the file would be written into it.
     """
     doubts.warn(doubts.of_folder(job.folder, map(job.path, job.items())))
     for frame in range(job.frame_count):
         remove_leftovers(job.frame_folder(frame))
     frames = {item.frame for item in items}
-    old = [job.frame_folder(frame) / name for frame in frames for name in (MANIFEST, SHEET, VIEW)]
+    old = [job.frame_folder(frame) / name for frame in frames for name in (MANIFEST, ANGLES, SHEET, VIEW)]
     for path in (job.folder / ANIMATION, *old):
-        if path.is_file():
+        if path.exists() and not path.is_dir():
+            path.unlink()
+    for path in map(job.path, items):
+        if path.exists() and not path.is_file() and not path.is_dir():
             path.unlink()
 
 
@@ -263,5 +258,5 @@ def put_view(field: LightField, job: Job, item: Item, textures: Textures) -> Non
 def write_manifest(folder: Path, manifest: dict[str, Any], settings: Settings) -> None:
     """Write a manifest, and the angles that it speaks of."""
     if isinstance(settings.rotation, np.ndarray):
-        write_whole(folder / ANGLES, partial(np.save, arr=settings.rotation))
+        write_whole(folder / ANGLES, partial(write_npy, array=settings.rotation))
     write_text(folder / MANIFEST, json.dumps(manifest, indent=1, allow_nan=False) + "\n")

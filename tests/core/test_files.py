@@ -3,8 +3,11 @@
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
+from jobs import sentence
 
+from lfssao.cli.main import main
 from lfssao.core.files import _namespace, check_folder, output_folder, read_text, write_whole
 from lfssao.errors import InputError
 
@@ -70,6 +73,23 @@ def test_a_device_or_pipe_is_written_into_and_stays(tmp_path):
     with pytest.raises(InputError, match="/dev/full: it cannot be written"):
         write_whole(Path("/dev/full"), lambda part: part.write_text("x"))
     assert Path("/dev/full").is_char_device()
+
+
+@pytest.mark.parametrize("command", [
+    "view FOLDER -o x.png", "samples check FOLDER/a.csv", "samples check FOLDER/a.npy", "render FOLDER/a.obj -o out",
+    "render corner --display FOLDER/a.toml -o out", "render corner --camera --frames FOLDER/a.json -o out",
+    "render corner --camera --rotate FOLDER/a.png -o out", "compare FOLDER/folder FOLDER/a.png",
+    "ao --depth FOLDER/a.npy --buffers FOLDER --radii 1 -o out",
+    "ao --depth FOLDER/b.npy --buffers FOLDER/a.toml --radii 1 -o out",
+    "ao --depth FOLDER/b.npy --buffers FOLDER --radii 1 --like FOLDER/a.toml -o out",
+])  # fmt: skip
+def test_no_command_waits_for_a_pipe(tmp_path, capsys, command):
+    for name in ("manifest.json", "a.csv", "a.npy", "a.obj", "a.toml", "a.json", "a.png"):
+        os.mkfifo(tmp_path / name)
+    (tmp_path / "folder").mkdir()
+    np.save(tmp_path / "b.npy", np.zeros((2, 2), np.float32))
+    assert main(command.replace("FOLDER", str(tmp_path)).split()) in (2, 4)
+    assert "it is not a regular file" in sentence(capsys)
 
 
 def test_write_whole_into_a_folder_that_went(tmp_path):

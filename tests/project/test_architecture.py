@@ -38,8 +38,7 @@ FLOORS = {
 # Each third-party package that only one room names.
 ROOMS = {
     "trimesh": "scene", "mapbox_earcut": "scene", "embreex": "gbuffer", "OpenImageIO": "rendering",
-    "OpenEXR": "rendering", "distributed": "rendering", "hypothesis": "verify", "jinja2": "verify",
-    "ipywidgets": "viz", "tqdm": "cli",
+    "distributed": "rendering", "hypothesis": "verify", "jinja2": "verify", "ipywidgets": "viz", "tqdm": "cli",
 }  # fmt: skip
 OF_NUMBA = {"config", "get_num_threads", "set_num_threads"}
 COMPILER = {"core/jit.py": {"njit"}, "core/intrinsics.py": {"extending", "types"}}

@@ -1,16 +1,15 @@
 """EXR files: every bit kept, read back by OpenImageIO alone; what cannot be written is refused whole."""
 
-import os
+from pathlib import Path
 
 import numpy as np
-import OpenEXR
 import OpenImageIO as oiio
 import pytest
 from exr_parts import by_channel, read_parts, write_parts
 from PIL import Image
 
 from lfssao.errors import InputError
-from lfssao.rendering.exr import Part, read_exr, write_exr
+from lfssao.rendering.exr import Part, is_sealed, read_exr, write_exr
 
 ODD = np.array(
     [np.inf, -np.inf, 0.0, -0.0, 1e-45, -1e-40, 3.4028235e38, 1.1754942e-38, 1 / 3, 1 + 2**-23], np.float32
@@ -131,19 +130,63 @@ def test_what_would_change_bits_is_refused(tmp_path, part, words):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("lost", [1, 100, 2000])
-def test_an_end_that_is_lost_while_the_file_is_closed_is_missed(tmp_path, monkeypatch, lost):
+def cut(data, lost):
+    return data[: len(data) - lost]
+
+
+def without_table(data, number):
+    """A file of ``parts_of()`` with zeros for a number of its chunk tables: five of one chunk, one of three."""
+    place = data.rindex(b"scanlineimage\0\0") + len("scanlineimage..") + 8 * number
+    return data[:place] + bytes(8) + data[place + 8 :]
+
+
+@pytest.mark.parametrize(("damage", "argument"), [
+    *((cut, lost) for lost in (1, 100, 2000)), *((without_table, number) for number in range(8)),
+])  # fmt: skip
+def test_what_is_lost_while_the_file_is_closed_is_missed(tmp_path, monkeypatch, damage, argument):
     """As OpenEXR loses it on a full disk, without an error."""
+    real = oiio.ImageOutput.create
 
-    class Losing(OpenEXR.File):
-        def write(self, path):
-            super().write(path)
-            os.truncate(path, os.stat(path).st_size - lost)
+    class Losing:
+        def __init__(self, name):
+            self.output = real(name)
 
-    monkeypatch.setattr(OpenEXR, "File", Losing)
+        def __getattr__(self, name):
+            return getattr(self.output, name)
+
+        def open(self, path, *more):
+            self.path = Path(path)
+            return self.output.open(path, *more)
+
+        def close(self):
+            assert self.output.close()
+            data = damage(self.path.read_bytes(), argument)
+            self.path.write_bytes(data)
+            return True
+
+    monkeypatch.setattr(oiio.ImageOutput, "create", Losing)
     with pytest.raises(InputError, match=r"a\.exr: it cannot be written \("):
         write_exr(tmp_path / "a.exr", parts_of())
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("single_part", [False, True])
+def test_a_sealed_file_has_the_same_bytes_again_and_no_other_bit(tmp_path, single_part):
+    path = tmp_path / "a.exr"
+    made = []
+    for _ in range(2):
+        write_exr(path, joined(), single_part, sealed=True)
+        made.append(path.read_bytes())
+    data = made[0]
+    assert made[1] == data
+    assert is_sealed(path)
+    random = np.random.default_rng(7)
+    headers = data.rindex(b"screenWindowWidth")
+    for place in [*range(headers), *random.integers(headers, len(data), 200)]:
+        path.write_bytes(data[:place] + bytes([data[place] ^ 1 << random.integers(8)]) + data[place + 1 :])
+        assert not is_sealed(path), place
+    write_exr(path, joined(), single_part)
+    assert not is_sealed(path)
 
 
 def test_a_line_that_openimageio_does_not_read_and_a_missing_folder_are_refused(tmp_path):

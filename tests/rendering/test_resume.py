@@ -206,6 +206,19 @@ def flip(path):
     path.write_bytes(data)
 
 
+def flip_in_header(path):
+    """Change a bit that no reader of textures looks at."""
+    data = bytearray(path.read_bytes())
+    data[data.index(b"screenWindowWidth") + 30] ^= 1
+    path.write_bytes(data)
+
+
+def replaced(path, make):
+    """Something that is no regular file, in the place of a file."""
+    path.unlink()
+    make(path)
+
+
 def other_pixels(path):
     """A whole EXR file of ours whose pixels are not those that its metadata speak of."""
     parts = read_parts(path)
@@ -228,6 +241,10 @@ def another_type(path):
 
 DAMAGES = {
     "bit": flip,
+    "header's bit": flip_in_header,
+    "pipe": lambda path: replaced(path, os.mkfifo),
+    "device": lambda path: replaced(path, lambda link: link.symlink_to("/dev/zero")),
+    "no link": lambda path: replaced(path, lambda link: link.symlink_to("nowhere")),
     "pixels": other_pixels,
     "attribute": lambda path: other_header(path, lambda spec: spec.erase_attribute("lfssao:surface_texels")),
     "header": lambda path: other_header(path, lambda spec: spec.attribute("lfssao:surface_texels", 1)),

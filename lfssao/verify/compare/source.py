@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from lfssao.core.files import check_file
 from lfssao.errors import InputError
 from lfssao.rendering.folder import entries_of, load_manifest
 from lfssao.rendering.image_file import ENDINGS, ImagePart, Size, part_of, read_image_file
@@ -34,9 +35,11 @@ class Reference:
     @classmethod
     def open(cls, path: Path) -> "Reference":
         """Find the files; InputError if there are none, or a manifest is there and is wrong."""
-        if not (os.path.isdir(path) or os.path.isfile(path)):  # Path's raise where a name is too long
+        if not os.path.exists(path):  # Path.exists raises where a name is too long
             raise InputError(f"{path}: there is no such file or folder")
         folder = path if path.is_dir() else path.parent
+        if folder != path:
+            check_file(path)
         if (path / "kit.json").is_file():
             cases = {entry["name"]: path / entry["folder"] for entry in read_index(path)}
             return cls(path, cases, None, {}, kit=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from lfssao import __version__
 from lfssao.core.files import check_file, check_folder, read_json
-from lfssao.core.npy import read_npy
+from lfssao.core.npy import read_npy, write_npy
 from lfssao.errors import InputError
 from lfssao.rendering.exr import Part, write_exr
 from lfssao.rendering.manifest import digest
@@ -91,7 +91,7 @@ def write_case(folder: Path, case: Case) -> dict[str, Any]:
     text = to_json(describe_case(case))
     (folder / "case.json").write_bytes(text)
     for name, array in arrays_of(case).items():
-        np.save(folder / f"{name}.npy", np.asarray(array, array.dtype.newbyteorder("<"), order="C"))
+        write_npy(folder / f"{name}.npy", np.asarray(array, array.dtype.newbyteorder("<"), order="C"))
     for file, arrays in (("inputs.exr", case.inputs), ("outputs.exr", case.outputs)):
         parts = _parts(arrays)
         if parts:
@@ -214,7 +214,6 @@ def _read_array(folder: Path, name: str, entry: Any) -> Array:
     path = folder / entry["file"]
     if path.parent != folder or entry["dtype"] not in _DTYPES:
         raise InputError(f"{folder / 'case.json'}: the file or dtype of {name} is malformed")
-    check_file(path)
     array = np.asarray(read_npy(path), order="C")
     found = array.dtype.name, str([*array.shape]), digest(array)
     if found != (entry["dtype"], str(entry["shape"]), entry["sha256"]):

@@ -1,12 +1,22 @@
-"""Intrinsics that numba lacks: memory on the stack, and look-ups by numbers of known sign."""
+"""Intrinsics that numba lacks: memory on the stack, and look-ups by numbers of known sign.
 
+With NUMBA_DISABLE_JIT=1, by which a debugger steps through kernels, they are plain functions.
+"""
+
+from collections.abc import Callable
 from typing import Any
 
-from numba import extending, types
+import numpy as np
+from numba import config, extending, types
 from numba.core import cgutils
 
 # Numbers that ``scratch`` holds: of a handful of arrays, they fit the nearest cache beside the textures' texels.
 CHUNK = 256
+
+
+def _intrinsic(plain: Callable[..., Any]) -> Callable[[Any], Any]:
+    """A decorator of a function that makes code: an intrinsic, or the plain function where nothing is compiled."""
+    return lambda typed: plain if config.DISABLE_JIT else extending.intrinsic(typed)
 
 
 def on_the_stack(count: int) -> Any:
@@ -17,7 +27,7 @@ def on_the_stack(count: int) -> Any:
     must not be returned, nor kept.
     """
 
-    @extending.intrinsic
+    @_intrinsic(lambda dtype: np.empty(count, dtype))
     def memory(_typing: Any, dtype: Any) -> Any:
         array = types.Array(dtype.dtype, 1, "C")
 
@@ -38,7 +48,7 @@ def on_the_stack(count: int) -> Any:
 scratch = on_the_stack(CHUNK)
 
 
-@extending.intrinsic
+@_intrinsic(lambda array, number: array[number])
 def element(_typing: Any, array: Any, number: Any) -> Any:
     """The element of a flat array under an int32 number that is not negative.
 

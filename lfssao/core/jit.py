@@ -5,15 +5,18 @@ import hashlib
 import inspect
 import os
 import tempfile
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import event
+from numba.core import caching, event
 
 from lfssao.core.threads import in_chunks
+from lfssao.errors import InputWarning
 
 FLAGS: dict[str, Any] = {
     "fastmath": False,  # no reassociation, no fused multiply-add: the written order is the order
@@ -59,6 +62,51 @@ def _cache_folder(chosen: str) -> str:
     return ""
 
 
+def _is_whole(path: Path) -> bool:
+    """Whether a file ends with the SHA-256 of all before. One that does not is removed, with a warning."""
+    try:
+        data = path.read_bytes() if path.is_file() or not path.exists() else b""
+        if hashlib.sha256(data[:-32]).digest() == data[-32:]:
+            return True
+        path.unlink()
+    except FileNotFoundError:
+        return False
+    warnings.warn(
+        f"{path.parents[1]}: compiled code in it was damaged and is compiled anew", InputWarning, stacklevel=2
+    )
+    return False
+
+
+class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]
+    """A kernel's files on disk, each with a SHA-256 at its end, where numba does not read; a damaged one is not there.
+
+    Damaged code would be run, and a damaged index ends in an exception of ``pickle``.
+    """
+
+    def _load_index(self) -> Any:
+        return super()._load_index() if _is_whole(Path(self._index_path)) else {}
+
+    def _load_data(self, name: str) -> Any:
+        if not _is_whole(Path(self._data_path(name))):
+            raise FileNotFoundError(name)
+        return super()._load_data(name)
+
+    @contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[BytesIO]:
+        with super()._open_for_write(filepath) as file:
+            yield (content := BytesIO())
+            file.write(content.getvalue() + hashlib.sha256(content.getvalue()).digest())
+
+
+class _Cache(caching.FunctionCache):  # type: ignore[misc]
+    """numba's cache of a kernel, with such files."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = _Files(self.cache_path, self._impl.filename_base, stamp)
+
+
 class RowKernel:
     """A kernel of a band of rows, which is called for all of them: threads share the rows (``kernel``).
 
@@ -97,14 +145,15 @@ def kernel(function: Callable[..., Any] | None = None, *, rows: str = "", few: i
     """
     if function is None:
         return functools.partial(kernel, rows=rows, few=few, inline=inline)
-    options = {**FLAGS, "forceinline": inline}
+    compiled = numba.njit(function, forceinline=inline, **FLAGS)
     chosen = numba.config.CACHE_DIR
     folder = _cache_folder(chosen)
-    numba.config.CACHE_DIR = folder
-    try:
-        compiled = numba.njit(function, cache=bool(folder), **options)
-    finally:
-        numba.config.CACHE_DIR = chosen
+    if folder and compiled is not function:  # it is with NUMBA_DISABLE_JIT=1
+        numba.config.CACHE_DIR = folder
+        try:
+            compiled._cache = _Cache(function)
+        finally:
+            numba.config.CACHE_DIR = chosen
     return RowKernel(function, compiled, rows, few) if rows else compiled
 
 

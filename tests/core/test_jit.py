@@ -17,6 +17,7 @@ from jobs import python
 import lfssao
 from lfssao.ao.kernels import post
 from lfssao.core import jit
+from lfssao.errors import InputWarning
 from lfssao.samples.kernels import ball
 
 PACKAGE = Path(lfssao.__file__).parent
@@ -98,6 +99,43 @@ def test_processes_that_compile_at_the_same_time_agree(package, tmp_path):
     running = [subprocess.Popen(command, env=os.environ | env, stdout=subprocess.PIPE, text=True) for _ in range(2)]
     assert [json.loads(process.communicate()[0])[0] for process in running] == [-1, -1]
     assert first_call(env)[:2] == [-1, 1]
+
+
+def twice(number):
+    return number + number
+
+
+DAMAGES = {
+    "empty": lambda path, data: path.write_bytes(b""),
+    "cut": lambda path, data: path.write_bytes(data[: len(data) // 2]),
+    "first bit": lambda path, data: path.write_bytes(bytes([data[0] ^ 1]) + data[1:]),
+    "middle bit": lambda path, data: path.write_bytes(
+        data[: len(data) // 2] + bytes([data[len(data) // 2] ^ 16]) + data[len(data) // 2 + 1 :]
+    ),
+    "last bit": lambda path, data: path.write_bytes(data[:-1] + bytes([data[-1] ^ 128])),
+    "longer": lambda path, data: path.write_bytes(data + b"\0"),
+    "pipe": lambda path, data: (path.unlink(), os.mkfifo(path)),
+}
+
+
+@pytest.mark.parametrize("ending", [".nbi", ".nbc"])
+def test_compiled_code_that_is_damaged_is_noticed_and_made_anew(tmp_path, monkeypatch, ending):
+    monkeypatch.setattr(jit, "_cache_folder", lambda _: str(tmp_path))
+
+    def hits():
+        made = jit.kernel(twice)
+        assert made(3) == 6
+        return sum(made.stats.cache_hits.values())
+
+    assert (hits(), hits()) == (0, 1)
+    (path,) = tmp_path.rglob(f"*{ending}")
+    for name, damage in DAMAGES.items():
+        damage(path, path.read_bytes())
+        with pytest.warns(InputWarning, match="compiled code in it was damaged and is compiled anew"):
+            assert hits() == 0, name
+        assert hits() == 1, name
+    path.unlink()
+    assert (hits(), hits()) == (0, 1)
 
 
 @numba.njit

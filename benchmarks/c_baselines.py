@@ -6,6 +6,8 @@ import subprocess
 from pathlib import Path
 
 SOURCES = Path(__file__).with_name("baselines")
+# libgomp reads it as it is loaded. Its threads would spin after each call and take a core from the next program.
+os.environ["OMP_WAIT_POLICY"] = "passive"
 
 
 def compile_baselines(folder: Path, threads: int, *options: str) -> ctypes.CDLL:

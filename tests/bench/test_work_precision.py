@@ -345,7 +345,7 @@ def refused(capsys, *words):
 
 def test_advise_refuses_in_one_sentence(capsys, tmp_path):
     file = tmp_path / "a.json"
-    assert "cannot be read" in refused(capsys, "advise", "--max-ms", "1", "--from", str(file))
+    assert "no such file" in refused(capsys, "advise", "--max-ms", "1", "--from", str(file))
     file.write_text("{")
     assert "not a JSON file" in refused(capsys, "advise", "--max-ms", "1", "--from", str(file))
     file.write_text("{}")

@@ -196,7 +196,7 @@ def test_an_image_is_read_as_it_is_seen(inputs):
     ({"--depth": "a.png"}, "--depth: a.png: it is of format png, not EXR, TIFF or NPY"),
     ({"--rotate": "small.exr"}, "--rotate: small.exr: it has 8x5 angles, textures with guard have 8x6"),
     ({"--image": "four.npy"}, "--image: four.npy: expected a layer color or just one of 3 channels"),
-    ({"--buffers": "none.toml"}, "none.toml: it cannot be read"),
+    ({"--buffers": "none.toml"}, "none.toml: there is no such file"),
     ({"--buffers": "bad.toml"}, "bad.toml: there is no kind 'None'"),
     ({"--radii": "5%"}, "--radii: '5%' is not a number"),
     ({"--sampling": "foo"}, "--sampling: there is no"),

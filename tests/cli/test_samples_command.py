@@ -155,9 +155,9 @@ def test_a_picture_is_written(tmp_path, capsys):
     (["make", "latin", "--turns", "3"], "no option"),
     (["plot", "latin", "-o", "a.gif"], "does not end in"),
     (["plot", "latin", "-o", "nowhere/a.png"], "no folder"),
-    (["check", "nothing.csv"], "cannot be read"),
+    (["check", "nothing.csv"], "no such file"),
     (["check", "nothing.gif"], "format of points"),
-    (["check", "nothing_*.csv"], "cannot be read"),
+    (["check", "nothing_*.csv"], "no such file"),
     (["check", "a.csv", "--alarm", "1"], "not a probability"),
     (["check", "a.csv", "--range", "1"], "'1' is not LOW,HIGH"),
 ])  # fmt: skip

@@ -242,7 +242,7 @@ def test_display_lists_the_presets(capsys):
 @pytest.mark.parametrize(("words", "part"), [
     (["display", "teapot"], "there is no display 'teapot': choose one of c80"),
     (["display", ""], "there is no display ''"),
-    (["display", "none.toml"], "none.toml: it cannot be read (No such file"),
+    (["display", "none.toml"], "none.toml: there is no such file"),
     (["display", "wrong.toml"], "wrong.toml: modules.count: "),
     (["render", "statue", "-o", "out", "--display", "wrong.toml"], "wrong.toml: modules.count: "),
     (["display", "teapot", "--plot"], "there is no display 'teapot'"),

@@ -125,7 +125,7 @@ def test_files_that_hold_no_transforms(tmp_path, text, part):
 def test_files_that_are_no_files(tmp_path):
     np.savez(tmp_path / "a.npz", frames=np.eye(4)[None])
     (tmp_path / "a.npz").rename(tmp_path / "a.npy")
-    for name, part in (("a.npy", "an NPY file"), ("c.npy", "No such"), ("c.txt", ".json or an .npy")):
+    for name, part in (("a.npy", "an NPY file"), ("c.npy", "no such file"), ("c.txt", ".json or an .npy")):
         with pytest.raises(InputError, match=part):
             read_transforms(tmp_path / name)
 

@@ -185,14 +185,15 @@ def write_albedo(begin, stop, triangle, weights, faces, material, nearest, rgb):
             b, c, number = weights[j, i, 0], weights[j, i, 1], material.of_face[face]
             first, wide, high = textures[number, 0], textures[number, 1], textures[number, 2]
             wrap_u, wrap_v, close = textures[number, 3], textures[number, 4], nearest or textures[number, 5] != 0
+            u, v = 0.0, 0.0
+            if wide > 0:
+                u, v = interpolate(uv, faces, face, b, c, 0), interpolate(uv, faces, face, b, c, 1)
             for channel in range(3):
                 value = np.float64(material.factors[number, channel])
                 if colors.shape[0] > 0:
                     value *= interpolate(colors, faces, face, b, c, channel)
-                if wide > 0:
-                    u, v = interpolate(uv, faces, face, b, c, 0), interpolate(uv, faces, face, b, c, 1)
-                    if close:
-                        value *= nearest_sample(texels, first, wide, high, u, v, channel, wrap_u, wrap_v)
-                    else:
-                        value *= sample_texture(texels, first, wide, high, u, v, channel, wrap_u, wrap_v)
+                if wide > 0 and close:
+                    value *= nearest_sample(texels, first, wide, high, u, v, channel, wrap_u, wrap_v)
+                elif wide > 0:
+                    value *= sample_texture(texels, first, wide, high, u, v, channel, wrap_u, wrap_v)
                 rgb[j, i, channel] = value

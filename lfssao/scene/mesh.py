@@ -15,6 +15,7 @@ Sampler = tuple[str, str, bool]
 
 WRAPS = ("repeat", "mirror", "clamp")
 REPEATED: Sampler = ("repeat", "repeat", False)
+CLAMPED: Sampler = ("clamp", "clamp", False)
 
 # Positions are float32 in the textures, 1e-38 to 3.4e38; products and quotients on the way to them need room.
 LARGEST = 1e30

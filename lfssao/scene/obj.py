@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from lfssao.errors import InputError
 from lfssao.scene.assets import Assets
 from lfssao.scene.images import read_named
-from lfssao.scene.mesh import FloatArray
+from lfssao.scene.mesh import CLAMPED, REPEATED, FloatArray
 from lfssao.scene.mtl import Material, read_materials
 from lfssao.scene.obj_lines import Lines
 from lfssao.scene.part import NO_COORDINATES, TOO_FEW_CORNERS, TRANSPARENT, Part, distinct
@@ -172,8 +172,7 @@ class _Materials:
                 assets.note(NO_COORDINATES)
                 return
             part.uv = part.uv * material.scale + material.offset
-            if material.clamp and ((part.uv < 0) | (part.uv > 1)).any():
-                raise InputError(f"{self._path}: map_Kd's option -clamp on, with coordinates beyond 1, is not read")
+            part.sampler = CLAMPED if material.clamp else REPEATED
             name = material.image if assets.has(material.image) else material.image.partition("#")[0].strip()
             if name not in self._images:
                 self._images[name] = read_named(self._path, name, assets)

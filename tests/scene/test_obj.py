@@ -6,6 +6,7 @@ from mesh_files import CORNERS, area, colors, linear, loaded, rows, textured, tr
 from PIL import Image
 
 from lfssao.errors import InputError
+from lfssao.scene.mesh import samplers_of
 
 RNG = np.random.default_rng(29)
 V = "".join(f"v {row}\n" for row in rows(CORNERS).splitlines())
@@ -179,6 +180,8 @@ def test_options_of_images(folder, line, scale, offset, note):
     found, has = textured(mesh)
     assert has.all()
     assert np.array_equal(found, (UV * scale + offset)[TWO_HALVES])
+    clamped = ("clamp", "clamp", False) if "clamp on" in line else ("repeat", "repeat", False)
+    assert set(samplers_of(mesh.paint)) == {clamped}
     assert [note in each for each in mesh.notes] == ([True] if note else [])
 
 
@@ -211,10 +214,9 @@ def test_notes(folder, text, note):
     (V + "f 1 3 2 4\n", "line 5: a face is a polygon of 4 corners that crosses itself"),
     (PLAIN + "surf 0 1 0 1 1 2 3 4\n", "line 6: 'surf' makes surfaces"),
     (colored("1 0.5 0 0").replace("f", "v 0 0 0 1 1 1 1\nf"), "seven numbers"), (colored("nan 0 0"), "not finite"),
-    (MAPPED.replace("vt 1 1", "vt 2 1"), "-clamp on"),
     (MAPPED.replace("usemtl a", "usemtl b"), "'m.mtl': line 4: 'Kd a' is no line of a material file"),
 ])  # fmt: skip
 def test_broken_files_are_refused(folder, text, words):
-    materials = "newmtl a\nmap_Kd -clamp on t.png\n" + "newmtl b\nKd a\n" * ("usemtl b" in text)
+    materials = "newmtl a\nmap_Kd t.png\n" + "newmtl b\nKd a\n" * ("usemtl b" in text)
     with pytest.raises(InputError, match=words):
         loaded(folder, "a.obj", text, m=materials)

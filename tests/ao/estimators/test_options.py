@@ -140,7 +140,7 @@ def test_a_reference_with_angles_of_a_file_is_judged_by_them(tmp_path, hashed_by
 
 
 @pytest.mark.parametrize(("angles", "options", "said"), [
-    (np.zeros((18, 23)), (), "angles have shape (18, 23), textures with guard (18, 24)"),
+    (np.zeros((18, 23)), (), "it has 23x18 angles, textures with guard have 24x18"),
     (np.zeros((18, 24, 2)), (), "it has 2 channels, angles are one"),
     (np.full((18, 24), np.nan), (), "an angle is not a number of radians"),
     (np.zeros((18, 24), np.uint8), (), "angles are uint8 (18, 24), expected radians"),

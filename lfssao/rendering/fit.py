@@ -65,14 +65,14 @@ def _fitting(textures: Textures, said: Description) -> str:
 def _better(textures: Textures, said: Description) -> str:
     """A sentence on another description by which normals and depth agree better, or ''."""
     there = upright(textures, said)
-    angle, count = angle_to_normals(there, said)
-    if angle <= _SLIGHT:
+    angle, count, smooth = angle_to_normals(there, said)
+    if angle <= _SLIGHT or not smooth:  # planes that flatten grass make it fit
         return ""
     clearly = min(0.3 * angle, angle - 0.5)
     enough = max(min(0.8 * angle, angle - 1), clearly)
     found = [each for each in planes_that_fit(there, said) if each[0] <= clearly and each[1] >= 0.5 * count]
     for other, words in _others(textures, said, 1):
-        least, texels = angle_to_normals(upright(textures, other), other)
+        least, texels, _ = angle_to_normals(upright(textures, other), other)
         if least <= enough and texels >= 0.5 * count and not fault_of(textures, other):
             found.append((least, texels, words))
     if not found:
@@ -129,8 +129,8 @@ def fault_of(textures: Textures, said: Description) -> str:
         fault = _fault_of_positions(there["positions"][surface], z, said)
     if not fault and "normals" in there:
         fault = _fault_of_normals(there["normals"][surface], surface, said)
-        angle = 0.0 if fault else angle_to_normals(there, said)[0]
-        fault = fault if angle <= _STEEP else f"normals: they are {angle:.2g} degrees off the surface of depth (median)"
+        if not fault and (angle := angle_to_normals(there, said)).smooth and angle.degrees > _STEEP:
+            fault = f"normals: they are {angle.degrees:.2g} degrees off the surface of depth (median)"
     return fault
 
 

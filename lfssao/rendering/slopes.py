@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,15 +16,22 @@ _COARSE = 32  # of halves, which have no digits for the slope between neighbours
 _SAMPLES = 5_000
 _FEWEST = 50  # texels that say something
 _FLAT = 0.98  # length of the mean of the four triangles' normals at a texel where the surface bends little
-_SHARE = 0.25  # of the texels, those where it bends least, that are looked at in any case
+_SHARE = 0.25  # of the texels, those where it bends least, that are looked at
 _OCTAVES = 12  # of the far plane, or the planes' distance, that are searched to each side, and then in fine steps
 _FINE = 6
 _MOST_RATIO = 20.0  # octaves between planes beyond which nothing changes
-_UNTOLD = (0.0, 0)
 
 
-def angle_to_normals(there: Mapping[str, Single], said: Description) -> tuple[float, int]:
-    """Median angle, degrees, between normals and surface where that bends little, and at how many texels.
+class Angle(NamedTuple):
+    """Angle between normals and surface."""
+
+    degrees: float  # in the median
+    texels: int  # at which it was measured
+    smooth: bool  # whether the surface bends little at most of these; leaves and grass do at none
+
+
+def angle_to_normals(there: Mapping[str, Single], said: Description) -> Angle:
+    """The angle between normals and surface where that bends least.
 
     The surface is that of four triangles with the texels on each side. The angle is 0 for too few texels to tell. The
     textures ``there`` begin above.
@@ -52,9 +60,10 @@ def angle_to_normals(there: Mapping[str, Single], said: Description) -> tuple[fl
         cosines = np.abs((products[:, 0] + products[:, 1]) + products[:, 2]) / (lengths(mean) * lengths(n))
     bent, cosines = lengths(mean)[np.isfinite(cosines)], cosines[np.isfinite(cosines)]
     if cosines.size < _FEWEST:
-        return _UNTOLD
-    cosines = cosines[bent >= min(_FLAT, float(np.quantile(bent, 1 - _SHARE)))]
-    return float(np.degrees(np.arccos(min(float(np.median(cosines)), 1.0)))), cosines.size
+        return Angle(0.0, 0, False)
+    least = float(np.quantile(bent, 1 - _SHARE))
+    cosines = cosines[bent >= min(_FLAT, least)]
+    return Angle(float(np.degrees(np.arccos(min(float(np.median(cosines)), 1.0)))), cosines.size, least >= _FLAT)
 
 
 def _is_half(depth: Single) -> bool:
@@ -82,7 +91,7 @@ def planes_that_fit(there: Mapping[str, Single], said: Description) -> list[tupl
                 continue
             lens = view.lens.copy()
             lens[5] = other
-            angle, count = angle_to_normals(there, replace(said, view=with_lens(view, lens, view.cast_from_world)))
+            angle, count, _ = angle_to_normals(there, replace(said, view=with_lens(view, lens, view.cast_from_world)))
             words = f"a far plane about {other / near:.2g} times as far as the near plane, which is {far / near:.3g}"
             if count:
                 found.append((angle, count, f"planes {other - near:.2g} apart" if orthographic else words, exponent))

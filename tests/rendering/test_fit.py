@@ -165,3 +165,16 @@ def test_a_modules_depth_behind_its_lens_or_its_observers_is_no_surface(sky):
     depth[:2, ::2] = 0.9
     with pytest.raises(InputError, match="is no depth"):
         read({"depth": depth}, Description(_of_mapping((8, 6, 0), mapping)))
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_leaves_smaller_than_the_texels_are_not_judged_by_their_slopes(projection):
+    """Each texel shows another leaf, turned towards the viewer at random: planes that flatten it all fit better."""
+    rng = np.random.default_rng(8)
+    depth = rng.uniform(0.8, 0.95, (HEIGHT, WIDTH))
+    normals = np.stack([*rng.uniform(-0.5, 0.5, (2, HEIGHT, WIDTH)), np.ones((HEIGHT, WIDTH))], axis=-1)
+    normals /= np.sqrt((normals**2).sum(axis=-1, keepdims=True))
+    for kind in ("window", "linear"):
+        made, notes = read({"depth": depth, "normals": normals}, told(kind, view_of(projection=projection)))
+        assert np.isfinite(made.depth).all()
+        assert notes == []

@@ -15,6 +15,7 @@ import numba
 from lfssao import __version__
 from lfssao.ao.estimators.neighbours import DepthCache, Neighbour
 from lfssao.ao.estimators.registry import find_estimator
+from lfssao.core.arguments import MOST_TEXELS
 from lfssao.core.files import output_folder
 from lfssao.core.memory import available_memory, check_available
 from lfssao.core.threads import kernel_threads
@@ -29,7 +30,6 @@ from lfssao.rendering.passes import Textures, render_view
 from lfssao.rendering.viewer import LightField
 
 Results = Generator[output.Result, None, None]
-_MOST_TEXELS = 2**31 - 1  # kernels count texels in int32
 
 
 def run(
@@ -84,8 +84,8 @@ def run(
 def check_memory(width: int, height: int, radius_count: int, texel_bytes: int) -> None:
     """Refuse (InputError) a texture, its guard band included, that is too large for int32 numbers or for memory."""
     texels = width * height
-    if texels > _MOST_TEXELS:
-        raise InputError(f"resolution {width}x{height}: a texture has at most {_MOST_TEXELS} texels")
+    if texels > MOST_TEXELS:
+        raise InputError(f"resolution {width}x{height}: a texture has at most {MOST_TEXELS} texels")
     passes = f"resolution {width}x{height}: the passes of one texture and {radius_count} radii"
     check_available(passes, needed_memory(texels, radius_count, texel_bytes))
 

@@ -149,6 +149,10 @@ class _Materials:
             found = read_materials(as_text(data))
         except ValueError as error:
             raise InputError(f"{self._path}: its '{name}': {error}") from None
+        folder = name.replace("\\", "/").rpartition("/")[0]
+        for material in found.values():  # names of images begin in the folder of the file that names them
+            if folder and material.image is not None and self._assets.has(f"{folder}/{material.image}"):
+                material.image = f"{folder}/{material.image}"
         self._found = {**found, **self._found}
 
     def find(self, name: str | None) -> Material:

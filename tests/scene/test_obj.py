@@ -162,6 +162,17 @@ def test_several_material_files_and_names_with_blanks(tmp_path, head, names):
         assert mesh.notes == ()
 
 
+@pytest.mark.parametrize("library", ["sub/m.mtl", "sub\\m.mtl"])
+def test_images_are_beside_the_material_file_that_names_them(folder, library):
+    (folder / "sub").mkdir()
+    Image.new("RGB", (1, 1), (0, 255, 0)).save(folder / "sub" / "t.png")
+    (folder / "sub" / "m.mtl").write_text("newmtl a\nmap_Kd t.png\nnewmtl b\nmap_Kd t u.png\n")
+    content = MAPPED.replace("m.mtl", library)
+    for name, wanted in (("a", [0, 1, 0]), ("b", [1, 0, 0])):
+        mesh = loaded(folder, "a.obj", content.replace("usemtl a", f"usemtl {name}"))
+        assert mesh.paint.textures[0].tolist() == [[wanted]]
+
+
 @pytest.mark.parametrize(("line", "scale", "offset", "note"), [
     ("map_Kd t u.png", 1, 0, None),
     ("map_kd -s .5 .5 1 -o .5 0 0 t.png", 0.5, [0.5, 0], None),

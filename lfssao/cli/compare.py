@@ -7,6 +7,7 @@ from typing import Any
 
 from lfssao.cli import values
 from lfssao.cli.terminal import printable, progress, working
+from lfssao.core.memory import keep_freed_memory
 from lfssao.errors import InputError
 from lfssao.verify.compare.compare import Comparison
 from lfssao.verify.compare.result import Tolerance
@@ -65,6 +66,7 @@ def add_to(compare: argparse.ArgumentParser) -> None:
 
 def _compare(options: argparse.Namespace) -> int:
     """Compare, write and print; the exit code is the report's."""
+    keep_freed_memory()
     for name in ("html", "json", "junit", "picture"):
         target = getattr(options, name)
         if target is not None and not Path(target).parent.is_dir():

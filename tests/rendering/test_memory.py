@@ -1,11 +1,13 @@
 """Memory: what the passes take is what is foretold, and more than there is is refused."""
 
 import os
+import platform
 import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from jobs import python
 
 from lfssao import RayCaster, Settings, builtin_scene, find_display, module_views
 from lfssao.ao.estimators.registry import find_estimator
@@ -57,6 +59,25 @@ def test_memory_is_what_the_passes_take():
     needed = needed_memory(texels, 2, find_estimator("sao").texel_bytes)
     assert needed == 144 * texels
     assert 0.97 * needed < peak(240, 180) - peak(80, 60) < 1.03 * needed
+
+
+def test_what_is_freed_is_kept_for_what_is_taken_next():
+    """In a process of its own, whose arrays would each be new pages of the system; glibc alone can keep them."""
+    code = """
+import resource, numpy as np
+from lfssao.core.memory import keep_freed_memory
+def new_pages():
+    begin = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    for _ in range(20):
+        np.ones(300_000)
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - begin
+before = new_pages()
+keep_freed_memory()
+new_pages()
+print(before, new_pages())
+"""
+    before, after = map(int, python("-c", code).stdout.split())
+    assert after < before / 10 or platform.libc_ver()[0] != "glibc"
 
 
 def test_memory_without_proc(monkeypatch):

@@ -5,7 +5,6 @@ import io
 import re
 import sys
 import warnings
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from lfssao.core.files import check_file
 from lfssao.core.memory import check_expansion
 from lfssao.core.srgb import decode, to_linear
 from lfssao.errors import InputError
-from lfssao.scene.assets import Assets, bytes_of, reason_of
+from lfssao.scene.assets import bytes_of, reason_of
 
 _BYTE = 255  # the largest number of 8 bits
 _BITS, _PLANES = 258, 284  # tags of TIFF: bits of each number, and 2 for colours in planes
@@ -108,20 +107,3 @@ def _as_stored(data: bytes, layout: str) -> Any:
     ]
     image.load()
     return image
-
-
-def read_named(path: Path, name: str, assets: Assets) -> NDArray[np.float32]:
-    """An image that a mesh file names, as (h, w, 3) linear RGB; InputError if it is missing or cannot be read."""
-    data = b""
-    with suppress(Exception):  # remembered, with its reason
-        data = assets.get(name)
-    assets.check_images()
-    try:
-        with Image.open(io.BytesIO(data)) as image:
-            assets.check_texture(image)
-            return texture(image)
-    except InputError:
-        raise
-    except Exception as error:  # each of Pillow's readers has errors of its own
-        reason = reason_of(path, error)
-        raise InputError(f"{path}: its texture '{name}' cannot be read as an image ({reason})") from error

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.scene.assets import Assets
-from lfssao.scene.images import read_named
+from lfssao.scene.images import texture
 from lfssao.scene.mesh import CLAMPED, REPEATED, FloatArray
 from lfssao.scene.mtl import Material, read_materials
 from lfssao.scene.obj_lines import Lines
@@ -179,7 +179,7 @@ class _Materials:
             part.sampler = CLAMPED if material.clamp else REPEATED
             name = material.image if assets.has(material.image) else material.image.partition("#")[0].strip()
             if name not in self._images:
-                self._images[name] = read_named(self._path, name, assets)
+                self._images[name] = assets.image(name, None, texture)
             part.image = self._images[name]
             if part.vertex_colors is not None and (part.vertex_colors != 1).any():
                 assets.note("colours of its vertices multiply its image")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.scene.assets import Assets
-from lfssao.scene.images import read_named
+from lfssao.scene.images import texture
 from lfssao.scene.part import NO_COORDINATES, TOO_FEW_CORNERS, TRANSPARENT, TWO_COLORS, Part, distinct
 from lfssao.scene.ply_elements import Element, read_elements
 from lfssao.scene.polygons import IntArray, Polygons, triangulate
@@ -131,6 +131,6 @@ def _with_images(path: Path, part: Part, chosen: IntArray, images: list[str], as
     if ((chosen < 0) | (chosen >= len(images))).any():
         raise InputError(f"{path}: its faces name textures up to {chosen.max()}, but there are {len(images)}")
     return [
-        replace(part, faces=part.faces[chosen == number], image=read_named(path, images[number], assets))
+        replace(part, faces=part.faces[chosen == number], image=assets.image(images[number], None, texture))
         for number in np.unique(chosen)
     ]

@@ -173,7 +173,7 @@ def compose(begin, stop, modules, eye, screen, blend, picture, dark, seen):
         sines, places, weights = np.empty((count, width)), np.empty((count, 2)), np.empty(count)
         y = screen[1] * (0.5 - (j + 0.5) / height)
         dark[j], seen[j, :, 0], seen[j, :, 1] = 0, MOST_COLUMNS, 0
-        for k in range(count):  # pixels inside, which become vectors: 3/4 of the time of all, 80 modules (bench_viewer)
+        for k in range(count):  # pixels inside become vectors: 3/4 of a photograph's time, 80 modules
             module = display_module(modules.numbers[k])
             for i in range(width):
                 x = screen[0] * ((i + 0.5) / width - 0.5)

@@ -3,10 +3,12 @@
 With NUMBA_DISABLE_JIT=1, by which a debugger steps through kernels, they are plain functions.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import count
 from typing import Any
 
 import numpy as np
+from llvmlite import ir
 from numba import config, extending, types
 from numba.core import cgutils
 
@@ -19,7 +21,7 @@ def _intrinsic(plain: Callable[..., Any]) -> Callable[[Any], Any]:
     return lambda typed: plain if config.DISABLE_JIT else extending.intrinsic(typed)
 
 
-def on_the_stack(count: int) -> Any:
+def on_the_stack(size: int, plain: Callable[[Any], Any] | None = None) -> Any:
     """A function of a dtype: so many numbers of it on the stack of the calling function, not initialised.
 
     LLVM knows that such memory overlaps nothing else, and makes vectors of loops with look-ups: with arrays from
@@ -27,17 +29,19 @@ def on_the_stack(count: int) -> Any:
     must not be returned, nor kept.
     """
 
-    @_intrinsic(lambda dtype: np.empty(count, dtype))
+    @_intrinsic(plain or (lambda dtype: np.empty(size, dtype)))
     def memory(_typing: Any, dtype: Any) -> Any:
         array = types.Array(dtype.dtype, 1, "C")
 
         def allocate(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
             item = context.get_data_type(array.dtype)
-            space = cgutils.alloca_once(builder, item, size=count)
+            space = cgutils.alloca_once(builder, item, size=size)
             space.align = 64
             made = context.make_array(array)(context, builder)
-            length, size = (context.get_constant(types.intp, n) for n in (count, context.get_abi_sizeof(item)))
-            context.populate_array(made, data=space, shape=[length], strides=[size], itemsize=size, meminfo=None)
+            length, item_size = (context.get_constant(types.intp, n) for n in (size, context.get_abi_sizeof(item)))
+            context.populate_array(
+                made, data=space, shape=[length], strides=[item_size], itemsize=item_size, meminfo=None
+            )
             return made._getvalue()
 
         return array(dtype), allocate
@@ -61,3 +65,56 @@ def element(_typing: Any, array: Any, number: Any) -> Any:
         return builder.load(builder.gep(made.data, [wide], inbounds=True))
 
     return array.dtype(array, types.int32), load
+
+
+def _leaves(builder: Any, value: Any) -> list[Any]:
+    """The numbers of which a value of LLVM consists."""
+    if not isinstance(value.type, ir.Aggregate):
+        return [value]
+    return [leaf for k in range(len(value.type)) for leaf in _leaves(builder, builder.extract_value(value, k))]
+
+
+def _built(builder: Any, kind: Any, leaves: Iterator[Any]) -> Any:
+    """A value of a type of LLVM of the next of these numbers."""
+    if not isinstance(kind, ir.Aggregate):
+        return next(leaves)
+    made = ir.Constant(kind, ir.Undefined)
+    for k in range(len(kind)):
+        made = builder.insert_value(made, _built(builder, kind.elements[k], leaves), k)
+    return made
+
+
+def _places(context: Any, builder: Any, slots: Any, i: Any, kind: Any) -> Iterator[Any]:
+    """The places of the numbers of texel i in slots, one after the other."""
+    data, first = context.make_array(slots)(context, builder, kind).data, context.cast(builder, *i, types.intp)
+    for k in count():
+        yield builder.gep(data, [builder.add(first, context.get_constant(types.intp, k * CHUNK))], inbounds=True)
+
+
+def texel_slots(count: int) -> Any:
+    """A function of a dtype: so many slots of each texel of a chunk, for ``put`` and ``get``, on the stack."""
+    return on_the_stack(count * CHUNK, plain=lambda _dtype: [None] * CHUNK)
+
+
+@_intrinsic(lambda slots, i, value: slots.__setitem__(i, value))
+def put(_typing: Any, slots: Any, i: Any, value: Any) -> Any:
+    """Put all numbers of a value, which may be a tuple of tuples, into the slots of texel i, from slot 0 on."""
+
+    def store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        places = _places(context, builder, signature.args[0], (arguments[1], signature.args[1]), arguments[0])
+        for leaf, place in zip(_leaves(builder, arguments[2]), places, strict=False):
+            builder.store(leaf, place)
+        return context.get_dummy_value()
+
+    return types.void(slots, i, value), store
+
+
+@_intrinsic(lambda slots, i, like: slots[i])
+def get(_typing: Any, slots: Any, i: Any, like: Any) -> Any:
+    """The value of the type of another that ``put`` has put there."""
+
+    def load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        places = _places(context, builder, signature.args[0], (arguments[1], signature.args[1]), arguments[0])
+        return _built(builder, context.get_value_type(like), (builder.load(place) for place in places))
+
+    return like(slots, i, like), load

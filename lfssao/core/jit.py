@@ -32,13 +32,15 @@ _BANDS_A_THREAD = 4  # bands that are slow do not leave a thread without work
 
 @functools.cache
 def source_digest() -> str:
-    """SHA-256 over the sources of all kernels, the key of their compiled code on disk.
+    """SHA-256 over the sources of all kernels and formulas, the key of their compiled code on disk.
 
     numba looks at the file that defines a function only. A kernel has its callees inlined, so after a change of a
     callee in another file it would go on running the old code.
     """
     digest = hashlib.sha256()
-    for path in sorted([*_CORE.glob("*.py"), *_CORE.parent.rglob("kernels/*.py")]):
+    package = _CORE.parent
+    formulas = package.rglob("estimators/*.py")
+    for path in sorted([*_CORE.glob("*.py"), *package.rglob("kernels/*.py"), *formulas]):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
 

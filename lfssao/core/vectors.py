@@ -1,8 +1,14 @@
-"""Right-angled axes around a direction, and directions of length 1."""
+"""Vectors of formulas; right-angled axes around a direction, and directions of length 1."""
 
+import operator
 from math import sqrt
+from typing import Any
 
+from numba.extending import overload
+
+from lfssao.core.balls import FLUSHED, Ball, ball
 from lfssao.core.jit import kernel
+from lfssao.core.numbers import INLINED, formula, struct
 
 
 @kernel(inline=True)
@@ -24,3 +30,74 @@ def unit(x, y, z):
     x, y, z = x / size, y / size, z / size
     length = type(x)(sqrt((x * x + y * y) + z * z))
     return x / length if there else zero, y / length if there else zero, z / length if there else zero
+
+
+class Vector:
+    """Three numbers of a kind, x, y and z, with the operators of vectors."""
+
+    def __init__(self, x, y, z):
+        self.x, self.y, self.z = x, y, z
+
+    def __add__(self, other):
+        return Vector(self.x + other.x, self.y + other.y, self.z + other.z)
+
+    def __sub__(self, other):
+        return Vector(self.x - other.x, self.y - other.y, self.z - other.z)
+
+    def __rmul__(self, factor):
+        return Vector(factor * self.x, factor * self.y, factor * self.z)
+
+
+VectorType = struct(Vector, "x", "y", "z")
+
+
+@overload(operator.add, jit_options=INLINED)
+def _add(a, b):
+    both = isinstance(a, VectorType) and isinstance(b, VectorType)
+    return (lambda a, b: Vector(a.x + b.x, a.y + b.y, a.z + b.z)) if both else None
+
+
+@overload(operator.sub, jit_options=INLINED)
+def _sub(a, b):
+    both = isinstance(a, VectorType) and isinstance(b, VectorType)
+    return (lambda a, b: Vector(a.x - b.x, a.y - b.y, a.z - b.z)) if both else None
+
+
+@overload(operator.mul, jit_options=INLINED)
+def _scale(a, b):
+    return (lambda a, b: Vector(a * b.x, a * b.y, a * b.z)) if isinstance(b, VectorType) else None
+
+
+def dot(a: Any, b: Any) -> Any:
+    """Return (a.x b.x + a.y b.y) + a.z b.z; of balls added in any order."""
+    return (a.x * b.x + a.y * b.y) + a.z * b.z
+
+
+@overload(dot, jit_options=INLINED)
+def _dot(a, b):
+    if a == b == VectorType(ball, ball, ball):
+        return _dot_of_balls
+    return lambda a, b: (a.x * b.x + a.y * b.y) + a.z * b.z
+
+
+def _dot_of_balls(a, b):
+    """Each of T terms that are not 0 is rounded T - 1 times on its way, in any order, and as a product not by 1."""
+    value, own, size, flushed, roundings, products = 0.0, 0.0, 0.0, 3.0, -1.0, 0.0
+    for x, y in ((a.x, b.x), (a.y, b.y), (a.z, b.z)):
+        p, q = abs(x.value), abs(y.value)
+        most = (p + x.error) * (q + y.error)
+        value += x.value * y.value
+        own += (p * y.error + q * x.error) + x.error * y.error
+        size += most
+        flushed += p + q
+        roundings += 1.0 if most > 0.0 else 0.0
+        kept = (p == 1.0 and x.error == 0.0) or (q == 1.0 and y.error == 0.0) or most == 0.0
+        products = products if kept else 1.0
+    r = (roundings + products) * a.x.operation
+    return Ball(value, own + (1.0 + r) * r * size + FLUSHED * flushed if r > 0.0 else own, a.x)
+
+
+@formula
+def cross(a: Any, b: Any) -> Any:
+    """Return the cross product."""
+    return Vector(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)

@@ -17,7 +17,6 @@ import pytest
 
 import lfssao.verify.bounds
 from lfssao import Camera, WorldToImage
-from lfssao.ao.estimators.kernels.oriented import ANY, NEAR, SMOOTH, Hemisphere
 from lfssao.verify.bounds import depth, points, post, sao, stored
 from lfssao.verify.bounds.bounds import exactly
 from lfssao.verify.bounds.error_model import ErrorModel
@@ -50,7 +49,6 @@ SEEN = seen.Seen(
 ODD = SEEN._replace(positions=np.array([[[1.0, 2, 3]]]), directions=np.array([[[1.0, 2, 3]]]), radius=2.0,
                     axis=np.array([1, -1, 1, 0]), turns=np.array([[[1.0]], [[2.0]]]))  # fmt: skip
 SAMPLE = Given(offsets=[(1.0, 2.0, 3.0)])
-HALF = Hemisphere(None, None, 1.0, 1.0, 2.0, SMOOTH)
 
 
 def edge(holds):
@@ -73,11 +71,6 @@ def half(ends):
 
 def row(place, by):
     return projection_bounds.row_of(np.array([2.0, 3.0, 5.0, 7.0]), 0, place, by.operation).error
-
-
-def half_row(by):
-    offset = ball_bounds.offset_of((1, 2, 3), (X, Y), Z, by)
-    return row(disk_bounds.place_of(ONES, 1.0, offset), by)
 
 
 def disk_row(by):
@@ -105,15 +98,6 @@ def hides(by, z, low=0.0):
     return ball_bounds.is_hidden(shown, Pair(z, by.root), box, Pair(2.0, by.quotient), by)
 
 
-def weight(by, z, bias=2.0, surface=1.0):
-    ball = HALF._replace(range_check=ANY, bias=bias)
-    return ball_bounds.weight_at(ball, exact(z), exact(0.0), exact(surface), by)[::-1]
-
-
-def faded(by, far, check=SMOOTH):
-    return ball_bounds.weight_of(HALF._replace(range_check=check), Pair(far, by.root), by)
-
-
 def step(by, far):
     """Ends of the rise by a surface at a part of the radius, and of the horizon behind it."""
     fan, v = Given(linear=0.5, quadratic=0.5), triple((0.3, 0.4, 0))
@@ -125,13 +109,6 @@ def summed(kernel, shown, *given, by):
     sums = np.zeros((3, 1, 2))
     kernel(shown, *given, by, sums)
     return sums[:, 0, 0]
-
-
-def weights(by, z):
-    """Sums of a point a radius from one of cast depth 1 towards viewers, before a surface of cast depth z."""
-    ball = HALF._replace(points=np.array([[0.0, 0, 1]]), up=np.array([0, 1, 0]), bias=0.0)
-    shown = SEEN._replace(positions=np.array([[[0.5, 0.5, 1]] * 2]), low=np.full((1, 2), z), high=np.full((1, 2), z))
-    return summed(ball_bounds.sum_weights, shown, ball, 0.0, by=by)
 
 
 def rises(by, x=1.0):
@@ -197,7 +174,6 @@ def test_a_radius_is_counted_in_steps_to_the_next_texel_or_at_the_border_to_the_
 KERNELS = {
     "row of a disk": (disk_row, dict(operation=3482, angle=120, flushed=584)),
     "rows of a ball": (ball_rows, dict(operation=1704 + 39976, flushed=2 * 74)),
-    "row of a half ball": (half_row, dict(operation=1558, flushed=244)),
     "row of a sample": (lambda by: row(point_bounds.sample_place(ODD, SAMPLE, ONES, 0, 0, 0, by), by),
                         dict(operation=540, offset=37)),
     "side": (lambda by: room(lambda x: point_bounds.is_below(turning(by, x), ONES, by)),
@@ -209,17 +185,8 @@ KERNELS = {
     "hidden": (lambda by: room(lambda x: hides(by, 1 + x, 1.0)) + room(lambda x: hides(by, 3 - x, 1.0)),
                dict(operation=2, quotient=1, root=2)),
     "hidden, flushed": (lambda by: int(hides(by, 2.0**-125)[1]), dict(without=0)),
-    "before": (lambda by: room(lambda x: weight(by, 3 + x)), dict(operation=26, all=26)),
-    "before, flushed": (lambda by: [weight(by, 1.75 * FLUSHED * sign, 0.0, 0.0)[sign > 0] for sign in (-1, 1)]
-                        == [True, False], dict(without=1)),
-    "near": (lambda by: room(lambda x: faded(by, 1 - x, NEAR)[::-1]), dict(operation=4, root=1, all=1)),
-    "faded": (lambda by: half(faded(by, 2.0)), dict(operation=13, quotient=0.75, root=0.375)),
-    "whole": (lambda by: half(faded(by, 0.5)), dict(operation=10)),
-    "faded away": (lambda by: sum(faded(by, 2.0**62)), dict(flushed=6)),
     "other side": (lambda by: sum(part.error for part in point_bounds.on_side(turning(by, 0.0), -1.0).offset),
                    dict(root=3)),
-    "sum of weights": (lambda by: half(weights(by, -1.0)), dict(operation=14.5, quotient=0.75)),
-    "place of a weight": (lambda by: edge(lambda t: weights(by, -t)[0] == 0), dict(operation=60)),
     "way": (lambda by: sum(part.error for part in disk_bounds.way_of(SEEN, 0, 0)), dict(without=24 * ULP)),
     "deep": (lambda by: disk_bounds.deep_of(ODD, ONES, by)[0].error, dict(operation=22)),
     "plane": (lambda by: disk_bounds.plane_of(Z, (*NOWHERE[:2], Pair(-2.0, by.root)), triple((1, 2, 3)), by).error,

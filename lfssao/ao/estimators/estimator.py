@@ -61,6 +61,9 @@ class Estimator:
     # Occlusion with its normalisation, before filters: R the radius, world units, C the texel's point, n its normal
     formula: str
     run: Run  # ``run(buffers, radius, points, weights, options)``, after the registry has checked all arguments
+    # ``formulas(buffers, radius, points, weights, options)`` where it is written as ``lfssao.ao.formulas.Summed``: the
+    # tuple of its numbers, of the textures' dtype
+    formulas: Callable[..., Any] | None = None
     options: type[Options] = Options  # the dataclass of its options
     # ``run_radii(buffers, radii, points, weights, options)``: the bits that ``run`` makes of each radius, in less time
     run_radii: Callable[..., list[Occlusion]] | None = None

@@ -22,17 +22,20 @@ a R <= R from the wall of a concave right-angle crease, or before a step up of a
 """
 
 from dataclasses import dataclass
+from functools import partial
 from math import sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, option, turns_of
-from lfssao.ao.estimators.kernels.oriented import ANY, NEAR, SMOOTH, Hemisphere, oriented_occlusion
-from lfssao.ao.estimators.vo.local_frame import seen_surface
-from lfssao.ao.ssao import Occlusion, run_kernel
+from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, option
+from lfssao.ao.formulas import sum_formulas
 from lfssao.ao.textures import Buffers
+from lfssao.core.numbers import alternatives, larger, number, rounded, select, smaller, smoothstep
+from lfssao.core.vectors import cross, dot
 from lfssao.samples import make_samples
 
+ANY, NEAR, SMOOTH = 0, 1, 2
 RANGE_CHECKS = {"none": ANY, "distance": NEAR, "smoothstep": SMOOTH}
 
 
@@ -54,30 +57,69 @@ class OrientedOptions(Options):
     )  # fmt: skip
 
 
-def oriented_hemisphere(
+class Hemisphere(NamedTuple):
+    """Points of the upper half ball, arrays and scalars of the arithmetic's dtype.
+
+    points: (n, 3), in the frame (t, b, n), z >= 0. radius: world units. reach, bias: R, and by how much a surface must
+    be nearer than a point, in units of cast z. beyond: the weight of a point that looks at background.
+    """
+
+    points: Any
+    radius: Any
+    reach: Any
+    bias: Any
+    range_check: int
+    beyond: Any
+
+    def start(self, view: Any, texel: Any) -> Any:
+        """z_C, and the images of C and of R t, R b and R n."""
+        n, (c, s) = view.normal(texel), view.turn(texel)
+        r = c * view.rightward() + s * view.upward()
+        t = r - dot(n, r) * n
+        t = (1 / np.sqrt(dot(t, t))) * t
+        p, radius = view.at(view.position(texel)), self.radius
+        return view.depth_at(p), p, radius * view.along(t), radius * view.along(cross(n, t)), radius * view.along(n)
+
+    def place(self, view: Any, here: Any, s: Any) -> Any:
+        """The image of C + R (x t + y b + z n)."""
+        _, p, t, b, n = here
+        return p + self.points[s, 0] * t + self.points[s, 1] * b + self.points[s, 2] * n
+
+    def term(self, view: Any, here: Any, z: Any, texel: Any, seen: Any) -> Any:
+        """The weight of what is hidden, by the range check."""
+        z_q, weight = view.surface(seen), number(1, z)
+        d, reach, bias = abs(here[0] - z_q), rounded(self.reach, 4, z), rounded(self.bias, 8, z)
+        if self.range_check == NEAR:
+            weight = select(d < reach, weight, 0)
+        if self.range_check == SMOOTH:
+            weight = smoothstep(select(d > reach, reach / d, 1))
+        hidden = alternatives(z - z_q >= bias, alternatives(z - bias >= z_q, z >= z_q + bias))
+        return select(hidden, weight, 0)
+
+    def background(self) -> Any:
+        """The weight of a point that looks at background."""
+        return self.beyond
+
+    def end(self, total: Any) -> Any:
+        """The mean weight."""
+        return smaller(1, larger(0, total / self.points.shape[0]))
+
+
+def hemisphere(
     buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: OrientedOptions
-) -> Occlusion:
-    """Return the mean weight of hidden points; points: (n, 3) in the unit ball; weights are not read."""
-    seen, half = seen_surface(buffers), half_ball(buffers, radius, points, options)
-    surface = seen.depth
-    if options.background == "occludes":
-        surface = np.where(surface < np.inf, surface, half.reach.dtype.type(-np.inf))
-    return run_kernel(oriented_occlusion, buffers.depth, seen, surface, half, turns_of(buffers))
-
-
-def half_ball(buffers: Buffers, radius: float, points: FloatArray, options: OrientedOptions) -> Hemisphere:
-    """Return the points and lengths that the kernel takes, in the textures' dtype."""
+) -> Hemisphere:
+    """Return the formulas' numbers, in the textures' dtype; points: (n, 3) in the unit ball; weights are not read."""
     view, dtype = buffers.view, buffers.depth.dtype.type
     a, b, c, _ = view.cast_from_world[2].tolist()
     reach = float(radius) * sqrt((a * a + b * b) + c * c)
     table = np.ascontiguousarray(points, dtype)
     return Hemisphere(
         points=np.concatenate([table[:, :2], np.abs(table[:, 2:])], axis=1),
-        up=np.ascontiguousarray(view.world_from_cast[:, 1], dtype),
         radius=dtype(radius),
         reach=dtype(reach),
         bias=dtype(options.bias * reach),
         range_check=RANGE_CHECKS[options.range_check],
+        beyond=dtype(options.background == "occludes" and options.range_check == "none"),
     )
 
 
@@ -90,12 +132,13 @@ ENTRIES = (
             "ao = (sum of weights of hidden points) / (number of points), S = C + R (x t + y b + |z| n) hidden where "
             "z_S - z_Q >= bias R, its weight 1, or by the range check of d = |z_C - z_Q|"
         ),
-        run=oriented_hemisphere,
+        run=partial(sum_formulas, hemisphere),
+        formulas=hemisphere,
         options=OrientedOptions,
         samples=lambda n: (make_samples("latin", n, r_min=0.0), None),
         count=64,
         normals=True,
-        texel_bytes=32,
+        texel_bytes=28,
         turns=True,
         rotation="hash",
     ),

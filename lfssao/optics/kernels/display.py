@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.core.jit import kernel
+from lfssao.core.numbers import as_float, formula, number, plain, select
+from lfssao.core.vectors import Vector, dot
 
 NEVER = 3e38  # finite in float32 too, as JSON has no infinity
 
@@ -57,7 +59,7 @@ def display_module(d):
     )
 
 
-@kernel(inline=True)
+@formula
 def circle_crossing(curvature, x, z, dx, dz):
     """The t at which the line (x, z) + t (dx, dz) leaves the circle curvature (x^2 + z^2) = 2 z; the discriminant.
 
@@ -67,75 +69,83 @@ def circle_crossing(curvature, x, z, dx, dz):
     """
     a = curvature * (dx * dx + dz * dz)
     b = curvature * (x * dx + z * dz) - dz
-    c = curvature * (x * x + z * z) - (z + z)
+    c = curvature * (x * x + z * z) - 2 * z
     discriminant = b * b - a * c
-    root = np.sqrt(discriminant) if discriminant > 0 else type(curvature)(0)
-    return -c / (b + root), discriminant
+    return -c / (b + np.sqrt(select(discriminant > 0, discriminant, 0))), discriminant
 
 
-@kernel(inline=True)
+@formula
 def screen_point(d, x, y, z):
-    """Screen point that shows a physical point to the observers: s_x, s_y, s_z and a status, VALID or another.
+    """Screen point that shows a physical point to the observers: s_x, s_y, s_z, and four conditions.
 
-    Here and in physical_to_image nothing returns early, so that loops over points become vectors.
+    The point lies before the module, and before the observers; the screen shows it; the diffuser does not turn its ray
+    back. Here and in ``screen_to_image``
+    nothing returns early, so that loops over points become vectors.
     """
-    zero, one = type(x)(0), type(x)(1)
-    m_x, m_z, y_o, z_o = d.m_x, d.m_z, d.y_o, d.z_o
+    m_x, m_z = number(d.m_x, z), number(d.m_z, z)
     # Line from the lens through the point, seen from above: the screen at t_s, the observers at t_v.
     t_s, crosses_screen = circle_crossing(d.screen_curvature, m_x, m_z, x - m_x, z - m_z)
-    t_v, crosses_observers = circle_crossing(d.observer_curvature, m_x, m_z - z_o, x - m_x, z - m_z)
-    # The last status is the first that counts; off the screen: it is not reached, or only behind the observers.
-    status = VALID if (not crosses_screen < zero) & (t_s > zero) & (t_s < t_v) else MISSES_SCREEN
-    status = status if (not crosses_observers < zero) & (t_v > one) else BEHIND_OBSERVER
-    status = status if z < m_z else BEHIND_MODULE
-    s_y = y_o + (y - y_o) * ((t_v - t_s) / (t_v - one))
-    if d.conical == zero:
+    t_v, crosses_observers = circle_crossing(d.observer_curvature, m_x, m_z - d.z_o, x - m_x, z - m_z)
+    on_screen = ~(crosses_screen < 0) & (t_s > 0) & (t_s < t_v)
+    observed = ~(crosses_observers < 0) & (t_v > 1)
+    ahead, spread = z < m_z, z < np.inf
+    s_y = d.y_o + (y - d.y_o) * ((t_v - t_s) / (t_v - 1))
+    if d.conical == 0:
         s_x = m_x + t_s * (x - m_x)
-        s_z = m_z + t_s * (z - m_z) if d.screen_curvature != zero else zero
+        s_z = m_z + t_s * (z - m_z) if d.screen_curvature != 0 else number(0, z)
     else:
         # Conical diffuser: the ray keeps (s_x - m_x) / h_m, its slope against the screen's horizontal axis.
         h_m = np.sqrt((s_y - d.m_y) * (s_y - d.m_y) + m_z * m_z)
-        h_e = np.sqrt((s_y - y_o) * (s_y - y_o) + z_o * z_o)
-        kappa = (z / z_o) * (h_e / h_m)
-        s_x, s_z = (x + m_x * kappa) / (one + kappa), zero
-        status = status if (status != VALID) | (one + kappa > zero) else BEHIND_MODULE
-    return s_x, s_y, s_z, status
+        h_e = np.sqrt((s_y - d.y_o) * (s_y - d.y_o) + number(d.z_o, z) * d.z_o)
+        kappa = (z / d.z_o) * (h_e / h_m)
+        s_x, s_z = (x + m_x * kappa) / (1 + kappa), number(0, z)
+        spread = 1 + kappa > 0
+    return s_x, s_y, s_z, ahead, observed, on_screen, spread
 
 
-@kernel(inline=True)
+@formula
 def apply_homography(h, x, y):
     """(x, y, 1) times a homography, nine numbers: u, v and the divisor, which must be positive."""
-    w = (h[6] * x + h[7] * y) + h[8]
-    u = ((h[0] * x + h[1] * y) + h[2]) / w
-    v = ((h[3] * x + h[4] * y) + h[5]) / w
+    point = Vector(x, y, number(1, x))
+    w = dot(Vector(number(h[6], x), number(h[7], x), number(h[8], x)), point)
+    u = dot(Vector(number(h[0], x), number(h[1], x), number(h[2], x)), point) / w
+    v = dot(Vector(number(h[3], x), number(h[4], x), number(h[5], x)), point) / w
     return u, v, w
 
 
-@kernel(inline=True)
+@formula
 def distort(d, u, v):
     """Radial distortion of texel coordinates: c + f a (1 + k1 r^2 + k2 r^4), and r^2, from d.fold on of no picture."""
-    one = type(u)(1)
     a, b = (u - d.c_u) / d.unit, (v - d.c_v) / d.unit
     r2 = a * a + b * b
-    factor = one + r2 * (d.k1 + r2 * d.k2)
+    factor = 1 + r2 * (d.k1 + r2 * d.k2)
     return d.c_u + d.unit * (a * factor), d.c_v + d.unit * (b * factor), r2
 
 
-@kernel(inline=True)
-def screen_to_image(d, s_x, s_y, s_z, status):
-    """Image point of a screen point, by way of the plane z = 0: u, v, and ``status`` or, if that is VALID, its own."""
-    zero = type(s_x)(0)
-    curved = s_z != zero
+@formula
+def screen_to_image(d, s_x, s_y, s_z):
+    """Image point of a screen point, by way of the plane z = 0: u, v, and two conditions.
+
+    The lens sees the point, and the optics form a picture there.
+    """
+    flat = s_z == 0
     scale = d.m_z / (d.m_z - s_z)
-    x = d.m_x + (s_x - d.m_x) * scale if curved else s_x
-    y = d.m_y + (s_y - d.m_y) * scale if curved else s_y
-    status = status if (status != VALID) | (not curved) | (scale > zero) else MISSES_SCREEN
+    x = select(flat, s_x, d.m_x + (s_x - d.m_x) * scale)
+    y = select(flat, s_y, d.m_y + (s_y - d.m_y) * scale)
     u, v, w = apply_homography(d.homography, x, y)
-    status = status if (status != VALID) | (w > zero) else FOLDED
-    if d.k1 != zero or d.k2 != zero:
+    formed = w > 0
+    if d.k1 != 0 or d.k2 != 0:
         u, v, r2 = distort(d, u, v)
-        status = status if (status != VALID) | (r2 < d.fold) else FOLDED
-    return u, v, status
+        formed = formed & (r2 < d.fold)
+    return u, v, flat | (scale > 0), formed
+
+
+@formula
+def display_to_image(d, x, y, z):
+    """Image coordinates u and v of a physical point, and whether the mapping is defined there."""
+    s_x, s_y, s_z, ahead, observed, on_screen, spread = screen_point(d, x, y, z)
+    u, v, seen, formed = screen_to_image(d, s_x, s_y, s_z)
+    return u, v, ahead & observed & on_screen & spread & seen & formed
 
 
 @kernel(inline=True)
@@ -146,9 +156,16 @@ def physical_to_image(d, x, y, z):
     may lie outside the texture.
     """
     zero = type(x)(0)
-    s_x, s_y, s_z, status = screen_point(d, x, y, z)
-    u, v, status = screen_to_image(d, s_x, s_y, s_z, status)
-    return u if status == VALID else zero, v if status == VALID else zero, status
+    s_x, s_y, s_z, ahead, observed, on_screen, spread = screen_point(d, as_float(x), as_float(y), as_float(z))
+    u, v, seen, formed = screen_to_image(d, s_x, s_y, s_z)
+    # The last status is the first that counts; off the screen: it is not reached, or only behind the observers.
+    status = VALID if formed else FOLDED
+    status = status if seen else MISSES_SCREEN
+    status = status if spread else BEHIND_MODULE
+    status = status if on_screen else MISSES_SCREEN
+    status = status if observed else BEHIND_OBSERVER
+    status = status if ahead else BEHIND_MODULE
+    return plain(u) if status == VALID else zero, plain(v) if status == VALID else zero, status
 
 
 @kernel

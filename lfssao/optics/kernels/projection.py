@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
+from lfssao.core.numbers import formula
+from lfssao.optics.kernels.display import VALID, display_module, display_to_image, physical_to_image
 
 CROSSED_SLITS = 0
 MATRIX = 1
@@ -106,6 +107,16 @@ def nearest_texel(u, v, width, height):
     """Whether image point (u, v) lies in the texture, and the number of its texel, uint32; of the nearest outside."""
     column, row = hold_inside(u, last_below(width)), hold_inside(v, last_below(height))
     return (column == u) & (row == v), texel_number(column, row, width)
+
+
+@formula
+def image_of(kind, lens, a, b, q, z):
+    """Image point u, v of a point with rows a, b and divisor q at cast z, and whether the mapping is defined there."""
+    if kind == CROSSED_SLITS:
+        return lens[2] + a / (lens[0] - z), lens[3] + b / (lens[1] - z), (z < lens[0]) & (z > lens[1])
+    if kind == MATRIX:
+        return a / q, b / q, q > 0
+    return display_to_image(display_module(lens), a, b, z)
 
 
 @kernel

@@ -9,7 +9,7 @@ import numpy as np
 
 from lfssao.core.elementary import exp
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.display import VALID, circle_crossing, display_module, screen_to_image
+from lfssao.optics.kernels.display import circle_crossing, display_module, screen_to_image
 
 NEAREST = 0
 LINEAR = 1
@@ -110,8 +110,8 @@ def weigh(modules, point, sines, blend, places, weights):
         if modules.starts[k] < 0 or not near:
             continue
         module, width, height = display_module(modules.numbers[k]), modules.sizes[k, 0], modules.sizes[k, 1]
-        u, v, status = screen_to_image(module, point[0], point[1], point[2], VALID)
-        shows = (status == VALID) & (u >= 0.0) & (u < width) & (v >= 0.0) & (v < height)
+        u, v, shown, formed = screen_to_image(module, point[0], point[1], point[2])
+        shows = shown & formed & (u >= 0.0) & (u < width) & (v >= 0.0) & (v < height)
         places[k, 0], places[k, 1] = u, v
         l_shows, r_shows = l_shows | (shows & (k == left)), r_shows | (shows & (k == right))
         if shows and blend == GAUSSIAN:

@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.horizon import HorizonOptions, fan_of
 from lfssao.ao.estimators.kernels.alchemy import Strength
-from lfssao.ao.estimators.oriented import OrientedOptions, half_ball
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.ao.estimators.vo.estimator import VolumeOptions, make_disk
 from lfssao.ao.estimators.vo.kernels.points import Ball
@@ -35,9 +34,10 @@ from lfssao.verify.bounds.kernels import ball_bounds as ball_kernels
 from lfssao.verify.bounds.kernels import disk_bounds as disk_kernels
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.kernels.seen import IMAGE, POSITIONS
+from lfssao.verify.bounds.kernels.sums import bound_sums, end_sums
 from lfssao.verify.bounds.post import merge_bounds
-from lfssao.verify.bounds.problem import Options, Problem, Weights, held
-from lfssao.verify.bounds.sao import growth, lacking, left_of, sao
+from lfssao.verify.bounds.problem import Options, Problem, Weights, ball_view, held
+from lfssao.verify.bounds.sao import growth, lacking, left_of, sao, summing_error
 from lfssao.verify.bounds.ssao import counted, fraction_bounds, sample_points, single
 
 
@@ -117,11 +117,20 @@ def _lines_at(given: Problem, radius: float, tangent: bool) -> Bounds:
     return _summed(given, disk_kernels.sum_lengths, given.surface(radius), disk, thickness)
 
 
-def _oriented(given: Problem, radius: float) -> Bounds:
-    options = OrientedOptions(**given.options)  # type: ignore[arg-type]
-    half, hides = half_ball(given.seen, radius, given.points, options), options.background == "occludes"
-    background = float(hides and options.range_check == "none")
-    return _summed(given, ball_kernels.sum_weights, given.surface(radius, False), held(half), background)
+def _formulas(given: Problem, radius: float, *, name: str, most: float = 1.0) -> Bounds:
+    """Bounds of an estimator that is written as formulas; most: the largest term of a sample."""
+    estimator, model = find_estimator(name), given.model
+    options, seen = estimator.options(**given.options), given.surface(radius)
+    assert estimator.formulas is not None
+    made = held(estimator.formulas(given.seen, radius, given.points, given.weights, options))
+    view, sums = ball_view(given.seen, seen, model), np.zeros((3, *seen.depth.shape))
+    bound_sums(seen, view, made, most, sums)
+    ends = sums[:2].reshape(2, -1)
+    end_sums(view, made, summing_error(len(made.points), model), ends)
+    lower, upper = ends.reshape(2, *seen.depth.shape)
+    there = seen.depth < np.inf
+    lower, upper = np.where(there, lower, 0), np.where(there, upper, 0)
+    return Bounds(up_to_single(lower), down_to_single(upper), sums[2].astype(np.int32))
 
 
 def _alchemy(given: Problem, radius: float) -> Bounds:
@@ -156,7 +165,7 @@ BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "vo-lines": partial(_hidden_volume, at=_lines_at, tangent=False),
     "vo-lines-normal": partial(_hidden_volume, at=_lines_at, tangent=True),
     "alchemy": _alchemy,
-    "oriented-hemisphere": _oriented,
+    "oriented-hemisphere": partial(_formulas, name="oriented-hemisphere"),
     "hbao": _hbao,
     "sao": sao,
     "sao-equation-1": sao,

@@ -6,10 +6,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.estimator import Value
+from lfssao.ao.estimators.estimator import Value, turns_of
+from lfssao.ao.formulas import float_view
 from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.bounds.kernels.ball_view import BallView
 from lfssao.verify.bounds.kernels.seen import CAST, NOTHING, Seen
 from lfssao.verify.bounds.ssao import image_depth, seen_by, single, with_depths
 
@@ -45,6 +47,22 @@ class Problem(NamedTuple):
         sums = np.zeros((3, *self.seen.depth.shape))
         kernel(*given, self.model.errors, sums)
         return (sums[0], sums[1]), sums[2].astype(np.int32)
+
+
+def ball_view(buffers: Buffers, seen: Seen, model: ErrorModel) -> BallView:
+    """Return a view's textures and mapping as formulas of balls read them."""
+    floats = held(float_view(buffers))
+    return BallView(
+        **{name: getattr(floats, name) for name in ("kind", "rows", "lens", "axes")},
+        depth=seen.depth.ravel(),
+        positions=seen.positions.ravel(),
+        normals=seen.normals.ravel(),
+        directions=seen.directions.ravel(),
+        turns=turns_of(buffers),
+        low=seen.low.ravel(),
+        high=seen.high.ravel(),
+        by=model.errors,
+    )
 
 
 def held(samples: Any) -> Any:

@@ -179,6 +179,11 @@ def _shifted(texture: FloatArray, off: int, axis: int, beyond: float = np.inf) -
     return np.take(wide, abs(off) + off + np.arange(texture.shape[axis]), axis)
 
 
+def summing_error(n: int, model: ErrorModel) -> float:
+    """Relative error of a sum of n terms, none negative, added in any order."""
+    return (n - 1) * model.operation * (1 + (n - 1) * model.operation) * SAFETY
+
+
 def growth(n: int, model: ErrorModel) -> float:
     """Relative error of a sum of n terms added in any order, times a number made by a quotient and four products."""
     return ((n + 3) * model.operation * (1 + (n + 3) * model.operation) + model.quotient) * SAFETY

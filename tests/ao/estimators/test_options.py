@@ -77,7 +77,7 @@ def test_the_default_imports_no_other_estimator_and_none_of_its_kernels(tmp_path
     assert estimators == {"estimator", "neighbours", "point", "published", "registry"}
     kernels = {name.rpartition(".")[2] for name in loaded if name.startswith("lfssao.") and ".kernels." in name}
     assert "ssao" in kernels
-    others = {"alchemy", "multiresolution", "point", "rows", "truth"}
+    others = {"alchemy", "float_view", "multiresolution", "point", "sums", "truth"}
     assert not kernels & others
 
 

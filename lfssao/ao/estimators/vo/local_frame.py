@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from lfssao.ao.estimators.vo.kernels.local_frame import TILE, SeenSurface
+from lfssao.ao.formulas import cast_depth
 from lfssao.ao.kernels.spans import CHUNK
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.elementary import sincospi
@@ -17,25 +18,17 @@ _TURN, _MIRROR_1, _MIRROR_2 = 64, 65, 66
 
 
 def seen_surface(buffers: Buffers) -> SeenSurface:
-    """Return a view's textures and mapping as the kernels take them.
-
-    A camera's depth texture is not linear in z: its cast z is made from the positions. The rows are those of u, v, the
-    divisor and cast z; a display's mapping has no divisor's row: 0.
-    """
+    """Return a view's textures and mapping as the kernels take them."""
     view, dtype, mapping = buffers.view, buffers.depth.dtype, buffers.view.world_to_image
-    depth, positions = np.ascontiguousarray(buffers.depth), np.ascontiguousarray(buffers.positions)
-    m, divisor, axis = mapping.numbers, np.zeros(4), view.cast_from_world[2]
-    if mapping.kind == MATRIX:
-        divisor, (a, b, c, d), (x, y, z) = m[12:16], axis.astype(dtype), np.moveaxis(positions, 2, 0)
-        with np.errstate(all="ignore"):
-            depth = np.where(depth < np.inf, ((a * x + b * y) + c * z) + d, depth)
+    positions, m = np.ascontiguousarray(buffers.positions), mapping.numbers
+    divisor = m[12:16] if mapping.kind == MATRIX else np.zeros(4)
     return SeenSurface(
-        depth=depth.ravel(),
+        depth=cast_depth(buffers).ravel(),
         positions=positions.ravel(),
         directions=buffers.directions.ravel(),
         normals=(positions if buffers.normals is None else np.ascontiguousarray(buffers.normals)).ravel(),
         kind=mapping.kind,
-        rows=np.concatenate([m[:8], divisor, axis]).astype(dtype),
+        rows=np.concatenate([m[:8], divisor, view.cast_from_world[2]]).astype(dtype),
         lens=np.ascontiguousarray(m[12:], dtype),
         right=np.ascontiguousarray(view.world_from_cast[:, 0], dtype),
     )

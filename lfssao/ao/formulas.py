@@ -1,0 +1,135 @@
+"""How an estimator is written: the formulas of one texel and one sample, for its bits and for intervals.
+
+An estimator is a NamedTuple of its numbers, points (n, d) among them, whose methods are its formulas (``Summed``). They
+read a view by the words of ``Seen``, and compute with the words of ``lfssao.core.numbers`` and ``lfssao.core.vectors``.
+Numbers of the tuple are plain: arithmetic of two of them belongs before the tuple is made, where it is rounded once.
+"""
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+
+from lfssao.ao.estimators.estimator import FloatArray, Options, turns_of
+from lfssao.ao.kernels.float_view import FloatView
+from lfssao.ao.kernels.sums import sum_samples
+from lfssao.ao.ssao import Occlusion, run_kernel
+from lfssao.ao.textures import Buffers, Texture
+from lfssao.core.numbers import method
+from lfssao.optics.kernels.projection import MATRIX
+
+
+class Seen(Protocol):
+    """The words by which formulas read a view; a texel is its number, row * width + column."""
+
+    def position(self, texel: Any) -> Any:
+        """World coordinates of the texel's surface, a vector."""
+
+    def normal(self, texel: Any) -> Any:
+        """The unit normal of the texel's surface."""
+
+    def direction(self, texel: Any) -> Any:
+        """The unit direction in which the texel looks, away from the viewer."""
+
+    def turn(self, texel: Any) -> Any:
+        """Cosine and sine by which the texel's samples turn."""
+
+    def surface(self, texel: Any) -> Any:
+        """Cast z of the texel's surface."""
+
+    def shows(self, texel: Any) -> Any:
+        """Whether the texel shows a surface."""
+
+    def rightward(self) -> Any:
+        """The view's rightward direction in world space."""
+
+    def upward(self) -> Any:
+        """The view's upward direction in world space."""
+
+    def at(self, point: Any) -> Any:
+        """The image of a point, to which those of directions are added."""
+
+    def along(self, direction: Any) -> Any:
+        """The image of a direction, to be multiplied by numbers."""
+
+    def depth_at(self, place: Any) -> Any:
+        """Cast z of a place."""
+
+    def ball(self, value: Any, error: Any) -> Any:
+        """The ball of a value and an error; views of balls have it alone."""
+
+
+class Summed(Protocol):
+    """The formulas of an estimator that sums a term of each sample."""
+
+    points: Any
+
+    def start(self, view: Any, texel: Any) -> Any:
+        """Numbers, vectors and images that are made once a texel, a tuple."""
+
+    def place(self, view: Any, here: Any, s: Any) -> Any:
+        """The image of sample s of a texel; here: the texel's ``start``."""
+
+    def term(self, view: Any, here: Any, z: Any, texel: Any, seen: Any) -> Any:
+        """The term of a sample at cast z whose image lies in a texel that shows a surface, ``seen``."""
+
+    def background(self) -> Any:
+        """The term of a sample whose image lies in a texel that shows no surface, a plain number."""
+
+    def end(self, total: Any) -> Any:
+        """Occlusion of a sum, with which it grows."""
+
+
+for _protocol in (Seen, Summed):
+    for _name, _function in vars(_protocol).items():
+        if callable(_function) and not _name.startswith("_"):
+            method(_function)
+
+
+def cast_depth(buffers: Buffers) -> Texture:
+    """Cast z of a view's surfaces, (H, W): the depth texture, or made from a camera's positions.
+
+    A camera's depth texture is not linear in z.
+    """
+    if buffers.view.world_to_image.kind != MATRIX:
+        return np.ascontiguousarray(buffers.depth)
+    a, b, c, d = buffers.view.cast_from_world[2].astype(buffers.depth.dtype)
+    x, y, z = np.moveaxis(buffers.positions, 2, 0)
+    with np.errstate(all="ignore"):
+        made: Texture = np.where(buffers.depth < np.inf, ((a * x + b * y) + c * z) + d, buffers.depth)
+    return made
+
+
+def float_view(buffers: Buffers) -> FloatView:
+    """Return a view's textures and mapping as formulas read them, in the textures' dtype.
+
+    The rows are those of u, v, the divisor and cast z; a display's mapping has no divisor's row: 0. Normals are the
+    positions where there are none.
+    """
+    view, dtype, mapping = buffers.view, buffers.depth.dtype, buffers.view.world_to_image
+    divisor = mapping.numbers[12:16] if mapping.kind == MATRIX else np.zeros(4)
+    positions = np.ascontiguousarray(buffers.positions)
+    return FloatView(
+        depth=cast_depth(buffers).ravel(),
+        positions=positions.ravel(),
+        normals=(positions if buffers.normals is None else np.ascontiguousarray(buffers.normals)).ravel(),
+        directions=buffers.directions.ravel(),
+        turns=turns_of(buffers),
+        kind=mapping.kind,
+        rows=np.concatenate([mapping.numbers[:8], divisor, view.cast_from_world[2]]).astype(dtype),
+        lens=np.ascontiguousarray(mapping.numbers[12:], dtype),
+        axes=np.ascontiguousarray(view.world_from_cast[:, :2].T, dtype).ravel(),
+    )
+
+
+def sum_formulas(
+    formulas: Callable[..., Any],
+    buffers: Buffers,
+    radius: float,
+    points: FloatArray,
+    weights: FloatArray | None,
+    options: Options,
+) -> Occlusion:
+    """Return occlusion of a view by the formulas of an estimator, ``Estimator.run`` of it."""
+    numbers = formulas(buffers, radius, points, weights, options)
+    return run_kernel(sum_samples, buffers.depth, float_view(buffers), numbers)

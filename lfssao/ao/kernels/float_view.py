@@ -1,0 +1,68 @@
+"""A view of floats, as formulas read it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lfssao.core.numbers import as_float, formula
+from lfssao.core.places import affine_rows, linear_rows
+from lfssao.core.vectors import Vector
+
+
+@formula
+def float_vector(texture, texel):
+    """The vector of a texel, of a texture (3 H W,)."""
+    t = np.uint64(3) * np.uint64(texel)
+    return Vector(as_float(texture[t]), as_float(texture[t + np.uint64(1)]), as_float(texture[t + np.uint64(2)]))
+
+
+class FloatView(NamedTuple):
+    """A view's textures row by row, all of one dtype, with the words of ``lfssao.ao.formulas.Seen``.
+
+    depth: (H W,), cast z, +infinity where there is no surface. positions, normals, directions: (3 H W,). turns:
+    (2, H W). kind: that of the mapping. rows: (16,), four affine rows of world space, u, v, divisor (of MATRIX alone),
+    cast z. lens: z_m, z_o, u_0, v_0 for CROSSED_SLITS, the module's 32 numbers for DISPLAY. axes: (6,), right and up.
+    """
+
+    depth: np.ndarray
+    positions: np.ndarray
+    normals: np.ndarray
+    directions: np.ndarray
+    turns: np.ndarray
+    kind: int
+    rows: np.ndarray
+    lens: np.ndarray
+    axes: np.ndarray
+
+    def position(self, texel):
+        return float_vector(self.positions, texel)
+
+    def normal(self, texel):
+        return float_vector(self.normals, texel)
+
+    def direction(self, texel):
+        return float_vector(self.directions, texel)
+
+    def turn(self, texel):
+        return as_float(self.turns[0, texel]), as_float(self.turns[1, texel])
+
+    def surface(self, texel):
+        return as_float(self.depth[texel])
+
+    def shows(self, texel):
+        return self.depth[texel] < np.inf
+
+    def rightward(self):
+        return float_vector(self.axes, 0)
+
+    def upward(self):
+        return float_vector(self.axes, 1)
+
+    def at(self, point):
+        return affine_rows(self.rows, point)
+
+    def along(self, direction):
+        return linear_rows(self.rows, direction)
+
+    def depth_at(self, place):
+        return place.z

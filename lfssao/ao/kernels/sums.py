@@ -1,0 +1,92 @@
+"""The sum of each texel's samples, for any estimator (``lfssao.ao.formulas``), as floats.
+
+Texels are computed in chunks of a row, their numbers in slots, so that the loops over texels become vectors: one of the
+places of a sample, and one of its look-ups, which is faster than both together [bench_estimators]. Rows are computed by
+tiles, so that the surface on which turned samples of neighbours land far apart stays in the nearest caches.
+"""
+
+import numpy as np
+
+from lfssao.ao.kernels.spans import CHUNK, next_span
+from lfssao.core.intrinsics import get, put, scratch, texel_slots
+from lfssao.core.jit import kernel
+from lfssao.core.numbers import as_float, plain, select
+from lfssao.optics.kernels.projection import (
+    CROSSED_SLITS,
+    DISPLAY,
+    MATRIX,
+    hold_inside,
+    image_of,
+    last_below,
+    texel_number,
+)
+
+_slots = texel_slots(48)
+_TILE = 8  # rows of a tile
+
+
+@kernel(inline=True)
+def _place_sample(kind, view, estimator, s, n, like, places, slots):
+    """Image points u, v, u NaN where there is none, and cast z of sample s of n texels."""
+    us, vs, zs = places
+    nothing = view.rows.dtype.type(np.nan)
+    for i in range(n):
+        place = estimator.place(view, get(slots, i, like), s)
+        u, v, valid = image_of(kind, view.lens, place.u, place.v, place.q, place.z)
+        us[i], vs[i], zs[i] = plain(u) if valid else nothing, plain(v), plain(place.z)
+
+
+@kernel(inline=True)
+def _add_sample(view, estimator, size, first, n, like, places, totals, missed, slots):
+    """Add the terms of a sample of n texels; size: (height, width). missed: samples without a texel, in and out."""
+    (us, vs, zs), dtype = places, view.rows.dtype.type
+    zero, right_edge, bottom_edge = dtype(0), last_below(dtype(size[1])), last_below(dtype(size[0]))
+    for i in range(n):
+        column, row = hold_inside(us[i], right_edge), hold_inside(vs[i], bottom_edge)
+        inside = (column == us[i]) & (row == vs[i])
+        seen = texel_number(column, row, size[1])
+        term = estimator.term(view, get(slots, i, like), as_float(zs[i]), first + i, seen)
+        made = plain(select(view.shows(seen), term, estimator.background()))
+        totals[i] += made if inside else zero
+        missed[i] += np.int32(not inside)
+
+
+@kernel(rows="occlusion")
+def sum_samples(begin, stop, view, estimator, occlusion, outside):
+    """Occlusion of every texel by its samples, (H, W), 0 where there is no surface; view: ``FloatView``.
+
+    outside: (H,), out: samples of each row outside the texture or the mapping's domain; they add nothing.
+    """
+    size, fractions, count = occlusion.shape, occlusion.reshape(-1), estimator.points.shape[0]
+    width, dtype = size[1], occlusion.dtype
+    slots, missed, totals = _slots(dtype), scratch(np.int32), scratch(dtype)
+    places = scratch(dtype), scratch(dtype), scratch(dtype)
+    like, zero = estimator.start(view, 0), dtype.type(0)
+    for top in range(begin, stop, _TILE):
+        bottom = min(stop, top + _TILE)
+        for j in range(top, bottom):
+            outside[j] = 0
+        for column in range(0, width, CHUNK):
+            for j in range(top, bottom):
+                at = j * width + column
+                end = min(at + CHUNK, (j + 1) * width)
+                while at < end:
+                    first, n = next_span(view.depth, at, end, CHUNK)
+                    for texel in range(at, first):
+                        fractions[texel] = zero
+                    for i in range(n):
+                        put(slots, i, estimator.start(view, first + i))
+                        totals[i], missed[i] = zero, 0
+                    for s in range(count):
+                        if view.kind == CROSSED_SLITS:
+                            _place_sample(CROSSED_SLITS, view, estimator, s, n, like, places, slots)
+                        elif view.kind == MATRIX:
+                            _place_sample(MATRIX, view, estimator, s, n, like, places, slots)
+                        else:
+                            _place_sample(DISPLAY, view, estimator, s, n, like, places, slots)
+                        _add_sample(view, estimator, size, first, n, like, places, totals, missed, slots)
+                    for i in range(n):
+                        there = view.depth[first + i] < np.inf
+                        fractions[first + i] = plain(estimator.end(as_float(totals[i]))) if there else zero
+                        outside[j] += missed[i] if there else 0
+                    at = first + n

@@ -1,0 +1,280 @@
+"""Balls: numbers that say how far a renderer's may be off (running error analysis).
+
+A *ball* (Arb's word) stands for any number of [value - error, value + error]. Each operation adds to what the operands'
+errors make of the exact result its own rounding, at most r times the size of what is rounded, and ``FLUSHED`` for
+numbers that may be flushed to zero. Errors are computed in float64, whose own rounding is 2^-29 of float32's;
+``SAFETY`` times an error, applied once where the error is used, outweighs the rounding of a thousand such operations. A
+plain number beside a ball is exact, and so is a result that is 0 for sure. A comparison of balls gives a *doubt*:
+whether it may hold, and whether it must.
+"""
+
+import inspect
+import operator
+
+import numpy as np
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic, make_attribute_wrapper, models, overload, register_model
+
+from lfssao.core.numbers import (
+    INLINED,
+    alternatives,
+    formula,
+    is_plain,
+    larger,
+    number,
+    rounded,
+    select,
+    smaller,
+    smoothstep,
+    struct,
+)
+
+FLUSHED = 2.0**-124  # four flushed numbers: an operation's operands and its result, and one to spare
+SAFETY = 1.0 + 2.0**-20
+
+
+class BallType(types.Type):  # type: ignore[misc]
+    """A ball, with the relative errors of + - *, of quotients and of roots that its operations round by."""
+
+    def __init__(self):
+        super().__init__("Ball")
+
+
+_FIELDS = "value", "error", "operation", "quotient", "root"
+
+
+@register_model(BallType)
+class _BallModel(models.StructModel):  # type: ignore[misc]
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, [(name, types.float64) for name in _FIELDS])
+
+
+for _name in _FIELDS:
+    make_attribute_wrapper(BallType, _name, _name)
+ball = BallType()
+
+
+@intrinsic
+def ball_of(_typing, value, error, operation, quotient, root):
+    """Value +- error, in the error model of these relative errors."""
+
+    def make(context, builder, _signature, arguments):
+        made = cgutils.create_struct_proxy(ball)(context, builder)
+        for name, each in zip(_FIELDS, arguments, strict=True):
+            setattr(made, name, each)
+        return made._getvalue()
+
+    return ball(*[types.float64] * 5), make
+
+
+@formula
+def Ball(value, error, like):  # noqa: N802 - it reads as a type
+    """Value +- error, in the error model of another ball; any number where the error is no finite number."""
+    known = error < np.inf
+    return ball_of(value if known else 0.0, error if known else np.inf, like.operation, like.quotient, like.root)
+
+
+def Doubt(may, must):  # noqa: N802
+    """Whether a condition may hold, and whether it must."""
+    return may if may == must else None
+
+
+DoubtType = struct(Doubt, "may", "must")
+_doubt = DoubtType(types.boolean, types.boolean)
+
+
+@formula
+def ball_between(low, high, like):
+    """All numbers between two floats."""
+    return Ball(0.5 * (low + high), 0.5 * (high - low), like)
+
+
+def _rule(function):
+    """Overload a function of balls; of two operands one may be a plain number, which is exact."""
+
+    def wrap(implementation):
+        one = len(inspect.signature(implementation).parameters) == 1
+        typed = (lambda x: implementation if x == ball else None) if one else _of_two(function, implementation)
+        overload(function, jit_options=INLINED)(typed)
+        return implementation
+
+    return wrap
+
+
+def _of_two(function, implementation):
+    def typed(x, y):
+        if x == ball and y == ball:
+            return implementation
+        if x == ball and is_plain(y):
+            return lambda x, y: function(x, Ball(np.float64(y), 0.0, x))
+        if is_plain(x) and y == ball:
+            return lambda x, y: function(Ball(np.float64(x), 0.0, y), y)
+        return None
+
+    return typed
+
+
+@_rule(operator.add)
+def _add(x, y):
+    """(x + e) + (y + f) = (x + y) + (e + f)."""
+    s, e = x.value + y.value, x.error + y.error
+    return Ball(s, 0.0 if abs(s) + e == 0.0 else e + x.operation * (abs(s) + e) + FLUSHED, x)
+
+
+@_rule(operator.sub)
+def _sub(x, y):
+    """(x + e) - (y + f) = (x - y) + (e - f)."""
+    s, e = x.value - y.value, x.error + y.error
+    return Ball(s, 0.0 if abs(s) + e == 0.0 else e + x.operation * (abs(s) + e) + FLUSHED, x)
+
+
+@_rule(operator.mul)
+def _mul(x, y):
+    """(x + e)(y + f) = x y + (x f + y e + e f)."""
+    p = x.value * y.value
+    e = (abs(x.value) * y.error + abs(y.value) * x.error) + x.error * y.error
+    flushed = FLUSHED * (1.0 + abs(x.value) + abs(y.value))
+    return Ball(p, 0.0 if abs(p) + e == 0.0 else e + x.operation * (abs(p) + e) + flushed, x)
+
+
+@_rule(operator.truediv)
+def _div(x, y):
+    """(x + e) / (y + f) = x / y + (e - (x / y) f) / (y + f); infinite where y may be 0."""
+    q, room = x.value / y.value, abs(y.value) - y.error
+    e = (x.error + abs(q) * y.error) / room
+    e = 0.0 if abs(q) + e == 0.0 else e + x.quotient * (abs(q) + e) + FLUSHED * (1.0 + 1.0 / room)
+    return Ball(q, e if room > FLUSHED else np.inf, x)
+
+
+@_rule(np.sqrt)
+def _sqrt(x):
+    """sqrt(x + e) = sqrt(x) + e / (sqrt(x + e) + sqrt(x)); infinite where x may be negative."""
+    s = np.sqrt(max(x.value, 0.0))
+    e = x.error / (np.sqrt(max(x.value - x.error, 0.0)) + s) if s > 0.0 else np.sqrt(x.error)
+    return Ball(s, e + x.root * (s + e) + FLUSHED if x.value - x.error >= 0.0 else np.inf, x)
+
+
+@_rule(operator.neg)
+def _neg(x):
+    """No sign is rounded."""
+    return Ball(-x.value, x.error, x)
+
+
+@_rule(abs)
+def _abs(x):
+    """|x + e| lies between max(|x| - e, 0) and |x| + e."""
+    return ball_between(max(abs(x.value) - x.error, 0.0), abs(x.value) + x.error, x)
+
+
+@_rule(larger)
+def _larger(x, y):
+    """It grows with both, so its ends are those of their ends."""
+    least = max(x.value - x.error * SAFETY, y.value - y.error * SAFETY)
+    return ball_between(least, max(x.value + x.error * SAFETY, y.value + y.error * SAFETY), x)
+
+
+@_rule(smaller)
+def _smaller(x, y):
+    """It grows with both, so its ends are those of their ends."""
+    least = min(x.value - x.error * SAFETY, y.value - y.error * SAFETY)
+    return ball_between(least, min(x.value + x.error * SAFETY, y.value + y.error * SAFETY), x)
+
+
+@_rule(smoothstep)
+def _smoothstep(x):
+    """It grows with x. x^2 is at most the result, of which up to 17 are rounded, none of x = 1."""
+    low, high = min(max(x.value - x.error, 0.0), 1.0), min(max(x.value + x.error, 0.0), 1.0)
+    if low == 1.0:
+        return Ball(1.0, 0.0, x)
+    off = 20.0 * x.operation
+    least, most = (low * low) * (3.0 - 2.0 * low), (high * high) * (3.0 - 2.0 * high)
+    return ball_between(max(least * (1.0 - off) - FLUSHED, 0.0), most * (1.0 + off) + FLUSHED, x)
+
+
+@_rule(operator.gt)
+def _gt(x, y):
+    """It must hold if x - y exceeds both errors, and may unless y - x is as much."""
+    room = (x.error + y.error) * SAFETY
+    return Doubt(not x.value - y.value <= -room, x.value - y.value > room)
+
+
+@_rule(operator.ge)
+def _ge(x, y):
+    """It must hold if x - y is both errors or more."""
+    room = (x.error + y.error) * SAFETY
+    return Doubt(not x.value - y.value < -room, x.value - y.value >= room)
+
+
+@_rule(operator.lt)
+def _lt(x, y):
+    """Holds where y > x does."""
+    return y > x
+
+
+@_rule(operator.le)
+def _le(x, y):
+    """Holds where y >= x does."""
+    return y >= x
+
+
+@_rule(operator.eq)
+def _eq(x, y):
+    """It must hold of exact numbers alone."""
+    room = (x.error + y.error) * SAFETY
+    return Doubt(not abs(x.value - y.value) > room, x.value == y.value and room == 0.0)
+
+
+@overload(number, jit_options=INLINED)
+def _number(x, like):
+    return (lambda x, like: Ball(np.float64(x), 0.0, like)) if like == ball and is_plain(x) else None
+
+
+@overload(rounded, jit_options=INLINED)
+def _rounded(x, times, like):
+    if like != ball:
+        return None
+    return lambda x, times, like: Ball(np.float64(x), times * like.operation * abs(x) + FLUSHED, like)
+
+
+@overload(operator.and_, jit_options=INLINED)
+def _and(x, y):
+    if x == _doubt and y == _doubt:
+        return lambda x, y: Doubt(x.may & y.may, x.must & y.must)
+    if x == _doubt and isinstance(y, types.Boolean):
+        return lambda x, y: Doubt(x.may & y, x.must & y)
+    return (lambda x, y: y & x) if isinstance(x, types.Boolean) and y == _doubt else None
+
+
+@overload(operator.or_, jit_options=INLINED)
+def _or(x, y):
+    return (lambda x, y: Doubt(x.may | y.may, x.must | y.must)) if x == y == _doubt else None
+
+
+@overload(operator.invert, jit_options=INLINED)
+def _not(x):
+    return (lambda x: Doubt(not x.must, not x.may)) if x == _doubt else None
+
+
+@overload(select, jit_options=INLINED)
+def _select_balls(condition, x, y):
+    if x == ball and is_plain(y):
+        return lambda condition, x, y: select(condition, x, Ball(np.float64(y), 0.0, x))
+    if is_plain(x) and y == ball:
+        return lambda condition, x, y: select(condition, Ball(np.float64(x), 0.0, y), y)
+    if not x == y == ball:
+        return None
+    if condition == _doubt:
+        return lambda condition, x, y: x if condition.must else alternatives(x, y) if condition.may else y
+    return lambda condition, x, y: x if condition else y
+
+
+@overload(alternatives, jit_options=INLINED)
+def _alternative_doubts(x, y):
+    return (lambda x, y: Doubt(x.may | y.may, x.must & y.must)) if x == y == _doubt else None
+
+
+@_rule(alternatives)
+def _alternatives(x, y):
+    """All between the ends of both."""
+    return ball_between(min(x.value - x.error, y.value - y.error), max(x.value + x.error, y.value + y.error), x)

@@ -1,0 +1,245 @@
+"""Numbers that formulas are written with: one text for the bits, for intervals, and for numbers of Python.
+
+A *formula* is a plain function with Python's operators. Compiled for floats it makes the bits: each operator is one
+IEEE operation, and a plain number beside a float takes its dtype. Compiled for balls (``lfssao.core.balls``) it bounds
+what other renderers make. Python itself runs it on numbers that are exact, or that round at random.
+
+Here are the words of formulas, and floats.
+"""
+
+import inspect
+import operator
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+from numba import types
+from numba.core import cgutils
+from numba.core.typeconv import Conversion
+from numba.core.typing.templates import signature
+from numba.extending import (
+    lower_builtin,
+    lower_cast,
+    make_attribute_wrapper,
+    models,
+    overload,
+    overload_method,
+    register_jitable,
+    register_model,
+    type_callable,
+)
+
+INLINED = {"forceinline": True, "error_model": "numpy"}  # the flags of ``jit.FLAGS`` that change bits
+
+formula = register_jitable(**INLINED)  # compiled code calls the function, which LLVM puts into it; Python calls it, too
+
+
+def method(function: Any) -> None:
+    """Let compiled code call the methods of this name, and with these parameters, of any NamedTuple."""
+
+    def typed(self, *_arguments):
+        found = getattr(self.instance_class, function.__name__, None)
+        return _bare(found) if found else None
+
+    typed.__signature__ = inspect.signature(_bare(function))  # type: ignore[attr-defined]
+    overload_method(types.BaseNamedTuple, function.__name__, jit_options=INLINED)(typed)
+
+
+def _bare(function):
+    """The function without its annotations, which numba would compare."""
+    return FunctionType(function.__code__, function.__globals__, function.__name__, closure=function.__closure__)
+
+
+def struct(made, *names):
+    """Return the type that calls of ``made`` have in compiled code, of members of these names and any types."""
+
+    class Struct(types.Type):
+        def __init__(self, *members):
+            self.members = members
+            super().__init__(f"{made.__name__}({', '.join(map(str, members))})")
+
+    class Model(models.StructModel):
+        def __init__(self, dmm, fe_type):
+            super().__init__(dmm, fe_type, list(zip(names, fe_type.members, strict=True)))
+
+    register_model(Struct)(Model)
+    for name in names:
+        make_attribute_wrapper(Struct, name, name)
+
+    def typer(*members):
+        return signature(Struct(*members), *members)
+
+    typer.__signature__ = inspect.Signature(inspect.Parameter(k, inspect.Parameter.POSITIONAL_ONLY) for k in names)
+    type_callable(made)(lambda _context: typer)
+
+    @lower_builtin(made, *[types.Any] * len(names))
+    def _make(context, builder, sig, args):
+        value = cgutils.create_struct_proxy(sig.return_type)(context, builder)
+        for name, each in zip(names, args, strict=True):
+            setattr(value, name, each)
+        return value._getvalue()
+
+    return Struct
+
+
+# Floats
+
+
+class FloatType(types.Type):  # type: ignore[misc]
+    """A float32 or float64 beside which plain numbers are weak, as beside NumPy's scalars: they take its dtype."""
+
+    def __init__(self, native):
+        self.native = native
+        super().__init__(f"Float({native})")
+
+    def can_convert_from(self, _context, other):
+        """Whether a plain number may stand for one."""
+        return Conversion.safe if is_plain(other) else None
+
+    def unify(self, _context, other):
+        """The type of a variable that is sometimes a plain number."""
+        return self if is_plain(other) else None
+
+
+@register_model(FloatType)
+class _FloatModel(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, dmm.lookup(fe_type.native).get_value_type())
+
+
+def is_plain(x):
+    """Whether a type is that of a plain number."""
+    return isinstance(x, types.Float | types.Integer)
+
+
+@lower_cast(types.Number, FloatType)
+def _from_plain(context, builder, fromty, toty, value):
+    return context.cast(builder, value, fromty, toty.native)
+
+
+def as_float(x):
+    """Return a number of an array as formulas take it."""
+    return x
+
+
+def plain(x):
+    """Return a float of a formula as arrays take it."""
+    return x
+
+
+type_callable(as_float)(lambda _context: lambda x: FloatType(x))  # noqa: PLW0108 - its parameters count
+type_callable(plain)(lambda _context: lambda x: x.native)
+lower_builtin(as_float, types.Float)(lambda _context, _builder, _sig, args: args[0])
+lower_builtin(plain, FloatType)(lambda _context, _builder, _sig, args: args[0])
+
+
+def _float_operator(function, arity, *, compares=False):
+    """Let a function of floats be that of their dtype; plain numbers are rounded to it first."""
+
+    def result(*arguments):
+        floats = [each for each in arguments if isinstance(each, FloatType)]
+        if not floats or any(each != floats[0] and not is_plain(each) for each in arguments):
+            return None
+        return signature(types.boolean if compares else floats[0], *[floats[0]] * arity)
+
+    typer = (lambda x: result(x)) if arity == 1 else (lambda x, y: result(x, y))  # noqa: PLW0108 - as above
+    type_callable(function)(lambda _context: typer)
+
+    @lower_builtin(function, *[FloatType] * arity)
+    def _lower(context, builder, sig, args):
+        kinds = [each.native for each in sig.args]
+        return context.get_function(function, signature(types.boolean if compares else kinds[0], *kinds))(builder, args)
+
+
+for _operator in (operator.add, operator.sub, operator.mul, operator.truediv):
+    _float_operator(_operator, 2)
+for _comparison in (operator.lt, operator.le, operator.gt, operator.ge, operator.eq):
+    _float_operator(_comparison, 2, compares=True)
+for _function in (operator.neg, abs, np.sqrt):
+    _float_operator(_function, 1)
+
+
+# Words
+
+
+def select(condition: Any, x: Any, y: Any) -> Any:
+    """Return x where a condition holds, else y; of a condition in doubt all between the two."""
+    return np.where(condition, x, y)[()]
+
+
+def number(x: Any, like: Any) -> Any:
+    """Return a plain number as one of the kind of another."""
+    return x
+
+
+def alternatives(x: Any, y: Any) -> Any:
+    """Return the first of two formulas, which fixes the bits; of balls all that either gives (a word of VK-GL-CTS)."""
+    return x
+
+
+def rounded(x: Any, times: Any, like: Any) -> Any:
+    """Return a plain number that a renderer makes itself, by so many operations, as one of the kind of another."""
+    return x
+
+
+def larger(x: Any, y: Any) -> Any:
+    """Return the larger of two numbers, the first unless the second is larger."""
+    return select(y > x, y, x)
+
+
+def smaller(x: Any, y: Any) -> Any:
+    """Return the smaller of two numbers, the first unless the second is smaller."""
+    return select(y < x, y, x)
+
+
+def smoothstep(x: Any) -> Any:
+    """Return x^2 (3 - 2 x) of a number from 0 to 1, as GLSL does; of balls 3 x^2 - 2 x^3, too."""
+    return (x * x) * (3 - (x + x))
+
+
+@type_callable(select)
+def _type_select(_context):
+    def typer(condition, x, y):
+        kind = x if isinstance(x, FloatType) else y
+        if isinstance(kind, FloatType) and isinstance(condition, types.Boolean):
+            return signature(kind, types.boolean, kind, kind)
+        return None
+
+    return typer
+
+
+@lower_builtin(select, types.boolean, FloatType, FloatType)
+def _select(_context, builder, _sig, args):
+    return builder.select(*args)
+
+
+@overload(select, jit_options=INLINED)
+def _select_plain(condition, x, y):
+    return (lambda condition, x, y: x if condition else y) if is_plain(x) and is_plain(y) else None
+
+
+@overload(number, jit_options=INLINED)
+def _number(x, like):
+    if isinstance(like, FloatType) and is_plain(x):
+        return lambda x, like: select(True, x, like)
+    if x == like:
+        return lambda x, like: x
+    return (lambda x, like: type(like)(x)) if is_plain(like) else None
+
+
+def _of_floats(function, implementation):
+    """Overload a function of numbers none of which is a ball."""
+
+    def all_are(*arguments):
+        floats = all(is_plain(x) or isinstance(x, FloatType | types.Boolean) for x in arguments)
+        return implementation if floats else None
+
+    all_are.__signature__ = inspect.signature(implementation)
+    overload(function, jit_options=INLINED)(all_are)
+
+
+_of_floats(rounded, lambda x, times, like: number(x, like))
+_of_floats(alternatives, lambda x, y: x)
+_of_floats(larger, lambda x, y: select(y > x, y, x))
+_of_floats(smaller, lambda x, y: select(y < x, y, x))
+_of_floats(smoothstep, lambda x: (x * x) * (3 - (x + x)))

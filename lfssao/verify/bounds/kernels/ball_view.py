@@ -1,0 +1,78 @@
+"""A view of balls, as formulas read it: textures that all renderers have, and how far what they make of them is off."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lfssao.core.balls import Ball, ball_of
+from lfssao.core.numbers import formula
+from lfssao.core.places import offset_spot, point_spot, row_of_spot
+from lfssao.core.vectors import Vector
+
+LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
+
+
+@formula
+def _vector(view, texture, texel, error):
+    t = np.uint64(3) * np.uint64(texel)
+    x, y, z = texture[t], texture[t + np.uint64(1)], texture[t + np.uint64(2)]
+    return Vector(view.ball(x, error), view.ball(y, error), view.ball(z, error))
+
+
+class BallView(NamedTuple):
+    """A view's textures row by row, with the words of ``lfssao.ao.formulas.Seen``.
+
+    Textures are float32, numbers of the mapping and of the axes are float32 ones, held as float64: those of
+    ``lfssao.ao.kernels.float_view.FloatView``, and low and high, (H W,) float64, the least and the largest cast z of
+    each surface. by: ``pairs.Errors``.
+    """
+
+    depth: np.ndarray
+    positions: np.ndarray
+    normals: np.ndarray
+    directions: np.ndarray
+    turns: np.ndarray
+    kind: int
+    rows: np.ndarray
+    lens: np.ndarray
+    axes: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    by: NamedTuple
+
+    def ball(self, value, error):
+        return Ball(np.float64(value), error, ball_of(0.0, 0.0, self.by.operation, self.by.quotient, self.by.root))
+
+    def position(self, texel):
+        return _vector(self, self.positions, texel, 0.0)
+
+    def normal(self, texel):
+        return _vector(self, self.normals, texel, 0.0)
+
+    def direction(self, texel):
+        return _vector(self, self.directions, texel, LOOK)
+
+    def turn(self, texel):
+        return self.ball(self.turns[0, texel], 0.0), self.ball(self.turns[1, texel], 0.0)
+
+    def surface(self, texel):
+        low, high = self.low[texel], self.high[texel]
+        return self.ball(0.5 * (low + high), 0.5 * (high - low))
+
+    def shows(self, texel):
+        return self.depth[texel] < np.inf
+
+    def rightward(self):
+        return _vector(self, self.axes, 0, 0.0)
+
+    def upward(self):
+        return _vector(self, self.axes, 1, 0.0)
+
+    def at(self, point):
+        return point_spot(point)
+
+    def along(self, direction):
+        return offset_spot(direction)
+
+    def depth_at(self, place):
+        return row_of_spot(self.rows, 3, place)

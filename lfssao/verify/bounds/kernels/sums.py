@@ -1,0 +1,73 @@
+"""The least and the largest sum of each texel's samples, for any estimator (``lfssao.ao.formulas``), by balls.
+
+The image point of a sample is a box [u - e_u, u + e_u] x [v - e_v, v + e_v]. A renderer reads one of the texels that
+the box touches, or none; the sample's term lies between the least and the largest that these give.
+"""
+
+import numpy as np
+
+from lfssao.core.balls import SAFETY
+from lfssao.core.jit import kernel
+from lfssao.core.numbers import number
+from lfssao.core.places import row_of_spot
+from lfssao.optics.kernels.projection import image_of
+from lfssao.verify.bounds.kernels.pairs import Pair
+from lfssao.verify.bounds.kernels.projection_bounds import Projected
+from lfssao.verify.bounds.kernels.seen import box_of, texel_of
+
+_OPEN = 2.0**-10  # a term whose interval is wider than this part of it counts as undecided
+
+
+@kernel(inline=True)
+def look(view, seen, place, z):
+    """The texels that a place of balls, at cast z, may be looked up in."""
+    m = view.rows
+    a, b, q = row_of_spot(m, 0, place), row_of_spot(m, 1, place), row_of_spot(m, 2, place)
+    u, v, valid = image_of(view.kind, view.lens, a, b, q, z)
+    across = Pair(u.value, u.error * SAFETY + view.by.coordinate)
+    down = Pair(v.value, v.error * SAFETY + view.by.coordinate)
+    return box_of(seen, Projected(across, down, Pair(0.0, 0.0), valid.may, valid.must))
+
+
+@kernel(rows="seen.depth")
+def bound_sums(begin, stop, seen, view, estimator, most_term, sums):
+    """Write the least and the largest sum of every texel's terms, and its terms in doubt, (3, H, W) float64.
+
+    view: ``BallView``. most_term: no term is larger, as far as is known.
+    """
+    width = seen.depth.shape[1]
+    for j in range(begin, stop):
+        for i in range(width):
+            texel, low, high, doubt = j * width + i, 0.0, 0.0, 0.0
+            if not view.shows(texel):
+                continue
+            here = estimator.start(view, texel)
+            for s in range(estimator.points.shape[0]):
+                place = estimator.place(view, here, s)
+                z = view.depth_at(place)
+                box = look(view, seen, place, z)
+                least, most = most_term * box.least, most_term * box.most
+                for k in range(box.texels):
+                    row, column = texel_of(box, k)
+                    other = row * width + column
+                    if view.shows(other):
+                        term = estimator.term(view, here, z, texel, other)
+                    else:
+                        term = number(estimator.background(), z)
+                    error = term.error * SAFETY
+                    if error < np.inf:
+                        least, most = min(least, max(term.value - error, 0.0)), max(most, term.value + error)
+                    else:
+                        least, most = 0.0, most_term
+                low, high = low + least, high + most
+                doubt += 1.0 if most - least > _OPEN * most else 0.0
+            sums[0, j, i], sums[1, j, i], sums[2, j, i] = low, high, doubt
+
+
+@kernel(rows="sums.T")
+def end_sums(begin, stop, view, estimator, relative, sums):
+    """Make sums (2, N) the least and the largest occlusion of them; relative: error of a sum by its order."""
+    for k in range(begin, stop):
+        least = estimator.end(view.ball(sums[0, k] * (1.0 - relative), 0.0))
+        most = estimator.end(view.ball(sums[1, k] * (1.0 + relative), 0.0))
+        sums[0, k], sums[1, k] = least.value - least.error * SAFETY, most.value + most.error * SAFETY

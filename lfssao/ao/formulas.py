@@ -5,7 +5,7 @@ read a view by the words of ``Seen``, and compute with the words of ``lfssao.cor
 Numbers of the tuple are plain: arithmetic of two of them belongs before the tuple is made, where it is rounded once.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from typing import Any, Protocol
 
 import numpy as np
@@ -33,6 +33,12 @@ class Seen(Protocol):
 
     def turn(self, texel: Any) -> Any:
         """Cosine and sine by which the texel's samples turn."""
+
+    def turn_by_angle(self, texel: Any) -> Any:
+        """Cosine and sine as of ``turn``; a renderer may add the angle to a sample's own instead."""
+
+    def fork(self, condition: Any) -> Any:
+        """Whether a condition holds, a bool; a start of balls is made for both answers where it is in doubt."""
 
     def surface(self, texel: Any) -> Any:
         """Cast z of the texel's surface."""
@@ -100,20 +106,26 @@ def cast_depth(buffers: Buffers) -> Texture:
     return made
 
 
-def float_view(buffers: Buffers) -> FloatView:
+def words_of(formulas: Any) -> set[str]:
+    """Return the words that the formulas of a tuple name."""
+    methods = (function for function in vars(type(formulas)).values() if hasattr(function, "__code__"))
+    return {name for function in methods for name in function.__code__.co_names}
+
+
+def float_view(buffers: Buffers, words: Container[str]) -> FloatView:
     """Return a view's textures and mapping as formulas read them, in the textures' dtype.
 
-    The rows are those of u, v, the divisor and cast z; a display's mapping has no divisor's row: 0. Normals are the
-    positions where there are none.
+    Textures that no word reads are None: formulas that read them do not compile. The rows are those of u, v, the
+    divisor and cast z; a display's mapping has no divisor's row: 0.
     """
     view, dtype, mapping = buffers.view, buffers.depth.dtype, buffers.view.world_to_image
     divisor = mapping.numbers[12:16] if mapping.kind == MATRIX else np.zeros(4)
-    positions = np.ascontiguousarray(buffers.positions)
     return FloatView(
-        depth=cast_depth(buffers).ravel(),
-        positions=positions.ravel(),
-        normals=(positions if buffers.normals is None else np.ascontiguousarray(buffers.normals)).ravel(),
-        directions=buffers.directions.ravel(),
+        depth=np.ascontiguousarray(buffers.depth).ravel(),
+        surfaces=cast_depth(buffers).ravel() if "surface" in words else None,
+        positions=np.ascontiguousarray(buffers.positions).ravel(),
+        normals=None if buffers.normals is None else np.ascontiguousarray(buffers.normals).ravel(),
+        directions=buffers.directions.ravel() if "direction" in words else None,
         turns=turns_of(buffers),
         kind=mapping.kind,
         rows=np.concatenate([mapping.numbers[:8], divisor, view.cast_from_world[2]]).astype(dtype),
@@ -132,4 +144,4 @@ def sum_formulas(
 ) -> Occlusion:
     """Return occlusion of a view by the formulas of an estimator, ``Estimator.run`` of it."""
     numbers = formulas(buffers, radius, points, weights, options)
-    return run_kernel(sum_samples, buffers.depth, float_view(buffers), numbers)
+    return run_kernel(sum_samples, buffers.depth, float_view(buffers, words_of(numbers)), numbers)

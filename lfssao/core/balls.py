@@ -9,6 +9,7 @@ whether it may hold, and whether it must.
 """
 
 import inspect
+import math
 import operator
 
 import numpy as np
@@ -16,13 +17,16 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, make_attribute_wrapper, models, overload, register_model
 
+from lfssao.core.elementary import power as float_power
 from lfssao.core.numbers import (
     INLINED,
     alternatives,
     formula,
+    is_finite,
     is_plain,
     larger,
     number,
+    power,
     rounded,
     select,
     smaller,
@@ -32,16 +36,20 @@ from lfssao.core.numbers import (
 
 FLUSHED = 2.0**-124  # four flushed numbers: an operation's operands and its result, and one to spare
 SAFETY = 1.0 + 2.0**-20
+_LARGE = 2.0**126
 
 
 class BallType(types.Type):  # type: ignore[misc]
-    """A ball, with the relative errors of + - *, of quotients and of roots that its operations round by."""
+    """A ball, with the error model of its operations: relative errors of + - *, quotients, roots, and of exp.
+
+    exp(x) is off by ``constant`` and by ``slope`` abs(x).
+    """
 
     def __init__(self):
         super().__init__("Ball")
 
 
-_FIELDS = "value", "error", "operation", "quotient", "root"
+_FIELDS = "value", "error", "operation", "quotient", "root", "constant", "slope"
 
 
 @register_model(BallType)
@@ -56,7 +64,7 @@ ball = BallType()
 
 
 @intrinsic
-def ball_of(_typing, value, error, operation, quotient, root):
+def ball_of(_typing, value, error, operation, quotient, root, constant, slope):
     """Value +- error, in the error model of these relative errors."""
 
     def make(context, builder, _signature, arguments):
@@ -65,14 +73,15 @@ def ball_of(_typing, value, error, operation, quotient, root):
             setattr(made, name, each)
         return made._getvalue()
 
-    return ball(*[types.float64] * 5), make
+    return ball(*[types.float64] * len(_FIELDS)), make
 
 
 @formula
 def Ball(value, error, like):  # noqa: N802 - it reads as a type
     """Value +- error, in the error model of another ball; any number where the error is no finite number."""
     known = error < np.inf
-    return ball_of(value if known else 0.0, error if known else np.inf, like.operation, like.quotient, like.root)
+    value, error = value if known else 0.0, error if known else np.inf
+    return ball_of(value, error, like.operation, like.quotient, like.root, like.constant, like.slope)
 
 
 def Doubt(may, must):  # noqa: N802
@@ -115,18 +124,24 @@ def _of_two(function, implementation):
     return typed
 
 
+@formula
+def _added(s, x, y):
+    """A sum s of two balls: a sum with 0 is not rounded."""
+    e = x.error + y.error
+    kept = (x.value == 0.0 and x.error == 0.0) or (y.value == 0.0 and y.error == 0.0) or abs(s) + e == 0.0
+    return Ball(s, e if kept else e + x.operation * (abs(s) + e) + FLUSHED, x)
+
+
 @_rule(operator.add)
 def _add(x, y):
     """(x + e) + (y + f) = (x + y) + (e + f)."""
-    s, e = x.value + y.value, x.error + y.error
-    return Ball(s, 0.0 if abs(s) + e == 0.0 else e + x.operation * (abs(s) + e) + FLUSHED, x)
+    return _added(x.value + y.value, x, y)
 
 
 @_rule(operator.sub)
 def _sub(x, y):
     """(x + e) - (y + f) = (x - y) + (e - f)."""
-    s, e = x.value - y.value, x.error + y.error
-    return Ball(s, 0.0 if abs(s) + e == 0.0 else e + x.operation * (abs(s) + e) + FLUSHED, x)
+    return _added(x.value - y.value, x, y)
 
 
 @_rule(operator.mul)
@@ -192,6 +207,39 @@ def _smoothstep(x):
     return ball_between(max(least * (1.0 - off) - FLUSHED, 0.0), most * (1.0 + off) + FLUSHED, x)
 
 
+@overload(power, jit_options=INLINED)
+def _power(x, k):
+    """It grows with x: both ends by exp2(k log2 x), log2 off by 2^-21, below 1/2 by 3 ulp (Vulkan)."""
+    if x != ball:
+        return None
+
+    def ends(x, k):
+        if k == 1.0:
+            return x
+        low, high = max(x.value - x.error * SAFETY, 0.0), max(x.value + x.error * SAFETY, 0.0)
+        least = float_power(min(low, 1.0), k) * (1.0 - _power_error(low, k, x))
+        most = float_power(min(high, 1.0), k) * (1.0 + _power_error(high, k, x))
+        return ball_between(max(least, 0.0), most, x)
+
+    return ends
+
+
+@formula
+def _power_error(x, k, like):
+    """Relative error of x^k; x exceeds 1 by rounding alone."""
+    if k == 0.0 or x == 0.0:
+        return 0.0
+    _, exponent = math.frexp(x)
+    steps = k * (1 - exponent)  # k |log2 x| at most
+    return like.constant + k * 2.0**-21 + steps * (like.slope + 5.0 * 2.0**-23) + 2.0 * k * max(x - 1.0, 0.0)
+
+
+@_rule(is_finite)
+def _is_finite(x):
+    """A number from 2^126 on may be infinite in float32."""
+    return Doubt(True, abs(x.value) + x.error < _LARGE)
+
+
 @_rule(operator.gt)
 def _gt(x, y):
     """It must hold if x - y exceeds both errors, and may unless y - x is as much."""
@@ -231,10 +279,15 @@ def _number(x, like):
 
 
 @overload(rounded, jit_options=INLINED)
-def _rounded(x, times, like):
+def _rounded(x, times, like, quotients=0):
     if like != ball:
         return None
-    return lambda x, times, like: Ball(np.float64(x), times * like.operation * abs(x) + FLUSHED, like)
+
+    def computed(x, times, like, quotients=0):
+        off = times * like.operation + quotients * like.quotient
+        return Ball(np.float64(x), off * (1.0 + off) * abs(x) + FLUSHED, like)
+
+    return computed
 
 
 @overload(operator.and_, jit_options=INLINED)

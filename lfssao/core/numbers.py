@@ -29,6 +29,8 @@ from numba.extending import (
     type_callable,
 )
 
+from lfssao.core.elementary import power as float_power
+
 INLINED = {"forceinline": True, "error_model": "numpy"}  # the flags of ``jit.FLAGS`` that change bits
 
 formula = register_jitable(**INLINED)  # compiled code calls the function, which LLVM puts into it; Python calls it, too
@@ -177,9 +179,22 @@ def alternatives(x: Any, y: Any) -> Any:
     return x
 
 
-def rounded(x: Any, times: Any, like: Any) -> Any:
-    """Return a plain number that a renderer makes itself, by so many operations, as one of the kind of another."""
+def rounded(x: Any, times: Any, like: Any, quotients: Any = 0) -> Any:
+    """Return a plain number that a renderer makes itself, as one of the kind of another.
+
+    It makes it by so many sums and products, ``times``, and quotients.
+    """
     return x
+
+
+def power(x: Any, k: Any) -> Any:
+    """Return x to the power of a plain number k >= 0, x from 0 to 1: in float64, rounded once."""
+    return x**k
+
+
+def is_finite(x: Any) -> Any:
+    """Whether a number is below infinity."""
+    return x < np.inf
 
 
 def larger(x: Any, y: Any) -> Any:
@@ -238,8 +253,16 @@ def _of_floats(function, implementation):
     overload(function, jit_options=INLINED)(all_are)
 
 
-_of_floats(rounded, lambda x, times, like: number(x, like))
+_of_floats(rounded, lambda x, times, like, quotients=0: number(x, like))
+_of_floats(is_finite, lambda x: x < np.inf)
 _of_floats(alternatives, lambda x, y: x)
 _of_floats(larger, lambda x, y: select(y > x, y, x))
 _of_floats(smaller, lambda x, y: select(y < x, y, x))
 _of_floats(smoothstep, lambda x: (x * x) * (3 - (x + x)))
+
+
+@overload(power, jit_options=INLINED)
+def _power(x, k):
+    if not isinstance(x, FloatType):
+        return None
+    return lambda x, k: number(float_power(np.float64(plain(x)), np.float64(k)), x)

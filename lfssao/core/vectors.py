@@ -8,17 +8,7 @@ from numba.extending import overload
 
 from lfssao.core.balls import FLUSHED, Ball, ball
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import INLINED, formula, struct
-
-
-@kernel(inline=True)
-def disk_axes(x, y, z):
-    """Two unit vectors at right angles to the unit vector (x, y, z) and to each other (Duff et al. 2017)."""
-    one = type(x)(1)
-    sign = one if z >= 0 else -one
-    a = -one / (sign + z)
-    b = x * y * a
-    return one + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y
+from lfssao.core.numbers import INLINED, formula, number, struct
 
 
 @kernel(inline=True)
@@ -35,7 +25,7 @@ def unit(x, y, z):
 class Vector:
     """Three numbers of a kind, x, y and z, with the operators of vectors."""
 
-    def __init__(self, x, y, z):
+    def __init__(self, x: Any, y: Any, z: Any) -> None:
         self.x, self.y, self.z = x, y, z
 
     def __add__(self, other):
@@ -101,3 +91,17 @@ def _dot_of_balls(a, b):
 def cross(a: Any, b: Any) -> Any:
     """Return the cross product."""
     return Vector(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+
+
+@formula
+def disk_axes(w: Any, towards: Any) -> Any:
+    """Return two unit vectors at right angles to the unit vector w and to each other (Duff et al. 2017).
+
+    towards: whether w.z >= 0.
+    """
+    sign = number(1, w.z)
+    if not towards:
+        sign = number(-1, w.z)
+    a = -1 / (sign + w.z)
+    b = w.x * w.y * a
+    return Vector(1 + sign * w.x * w.x * a, sign * b, -sign * w.x), Vector(b, sign + w.y * w.y * a, -w.y)

@@ -116,11 +116,6 @@ def rises(by, x=1.0):
     return summed(disk_bounds.sum_rises, SEEN, fan, by=by)
 
 
-def terms(by, x=1.0, **changes):
-    away, strength = np.array([0, 0, 0, 1.0]), Given(beta=0.25, epsilon=0.5)
-    return summed(disk_bounds.sum_terms, SEEN._replace(**changes), np.array([[x, 0]]), away, strength, by=by)
-
-
 def lengths(by):
     disk = Given(places=np.array([[1.0, 0]]), half=np.ones(1), weights=[2 * FLUSHED], mirrors=STILL, tangent=False)
     return summed(disk_bounds.sum_lengths, SEEN, disk, np.inf, by=by)
@@ -197,15 +192,9 @@ KERNELS = {
                       dict(operation=27, quotient=5, root=2, all=24)),
     "no length": (lambda by: disk_bounds.length_of(np.inf, 4.0, (FLUSHED,) * 2, exact(0.0), by)[1], dict(flushed=2)),
     "sum of lengths": (lambda by: sum(lengths(by)), dict(flushed=8)),
-    "term": (lambda by: half(terms(by)), dict(operation=4.0667, quotient=0.2)),
-    "either axes": (lambda by: half(terms(by, directions=np.array([[[0.6, 0.8, -6 * ULP]] * 2]),
-                                          numbers=SEEN.numbers + 1.0 * (np.arange(16) == 2))),
-                    dict(operation=2.0333, quotient=0.1, without=0.1)),
     "infinite": (lambda by: disk_bounds.term_of(X, X, exact(0.0), Pair(0.8 * 2.0**126, 2.0**124), False, by)[0],
                  dict(without=0)),
     "no bound": (lambda by: disk_bounds.term_of(X, X, exact(0.0), Pair(-0.5, 1.0), False, by)[0], dict(without=0)),
-    "tap": (lambda by: edge(lambda t: terms(by, 1.5 - t, turns=STILL)[2] == 1),
-            dict(operation=94.5, quotient=2, coordinate=1, angle=1.5)),
     "rise and horizon": (lambda by: half(step(by, 0.5)[:2]) + half(step(by, 0.5)[2:]),
                          dict(operation=4.825 + 1.8, quotient=0.45 + 0.4, root=0.45 + 0.4, all=3.125 + 2.6)),
     "far": (lambda by: edge(lambda t: step(by, 1 - t)[0] == 0) + edge(lambda t: step(by, 1 + t)[1] > 0),

@@ -27,13 +27,16 @@ where nothing rises above the tangent plane.
 """
 
 from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option, turns_of
-from lfssao.ao.estimators.kernels import alchemy as kernels
-from lfssao.ao.ssao import Occlusion, run_kernel
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option
+from lfssao.ao.formulas import sum_formulas
 from lfssao.ao.textures import Buffers
+from lfssao.core.numbers import is_finite, larger, number, power, rounded, select
+from lfssao.core.vectors import Vector, disk_axes, dot
 from lfssao.samples import sample_set
 
 
@@ -49,26 +52,66 @@ class AlchemyOptions(Options):
     k: float = option(1.0, "contrast: the exponent of A", limits=(0, 100))
 
 
+class Alchemy(NamedTuple):
+    """Numbers of equation 1, of the arithmetic's dtype.
+
+    points: (s, 2), taps in the unit disk. away: (4,), -z_C as an affine function of C. radius: R. scale: 2 sigma / s.
+    """
+
+    points: Any
+    away: Any
+    radius: Any
+    beta: Any
+    epsilon: Any
+    scale: Any
+    k: float
+
+    def start(self, view: Any, texel: Any) -> Any:
+        """C, its normal, z_C beta, the texel's turn, and the images of C and of R times the disk's axes."""
+        c, n, a = view.position(texel), view.normal(texel), self.away
+        far = dot(Vector(number(a[0], c.x), number(a[1], c.x), number(a[2], c.x)), c) + a[3]
+        w = view.direction(texel)
+        e, f = disk_axes(w, view.fork(w.z >= 0))
+        image = view.at(c), view.along(self.radius * e), view.along(self.radius * f)
+        return c, n, self.beta * larger(0, far), view.turn_by_angle(texel), image
+
+    def place(self, view: Any, here: Any, s: Any) -> Any:
+        """The image of tap s, turned."""
+        _, _, _, (cosine, sine), (p, e, f) = here
+        x, y = self.points[s, 0], self.points[s, 1]
+        return p + ((x * cosine - y * sine) * e + (x * sine + y * cosine) * f)
+
+    def term(self, view: Any, here: Any, z: Any, texel: Any, seen: Any) -> Any:
+        """max(0, v . n + z_C beta) / (v . v + epsilon); 0 where it is no number, and too far away to occlude."""
+        c, n, less, _, _ = here
+        v = view.position(seen) - c
+        above, square = dot(v, n) - less, dot(v, v) + rounded(self.epsilon, 4, z)
+        return select((above > 0) & (square > 0) & is_finite(square), above / square, 0)
+
+    def background(self) -> Any:
+        """The term of a tap on background."""
+        return 0
+
+    def end(self, total: Any) -> Any:
+        """1 - max(0, 1 - 2 sigma / s sum)^k."""
+        return 1 - power(larger(0, 1 - rounded(self.scale, 3, total, 1) * total), self.k)
+
+
 def alchemy(
     buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: AlchemyOptions
-) -> Occlusion:
-    """Return 1 - A on points of the positions texture around each texel; points: (s, 2) taps; weights are not read."""
-    depth, dtype, view = buffers.depth, buffers.depth.dtype.type, buffers.view
-    assert buffers.normals is not None  # the registry has seen to it
-    turns = turns_of(buffers)
-    textures = depth, buffers.positions, buffers.normals, buffers.directions
-    seen = kernels.Seen(*(np.ascontiguousarray(texture).ravel() for texture in textures))
+) -> Alchemy:
+    """Return the formulas' numbers, in the textures' dtype; points: (s, 2) in the unit disk; weights are not read."""
+    dtype = buffers.depth.dtype.type
     with np.errstate(over="ignore"):  # a very large epsilon or sigma is infinite
-        strength = kernels.Strength(
+        return Alchemy(
+            points=np.ascontiguousarray(points, dtype),
+            away=np.ascontiguousarray(buffers.view.viewer_distance(), dtype),
             radius=dtype(radius),
             beta=dtype(options.beta),
             epsilon=dtype(options.epsilon * float(radius) * float(radius)),
             scale=dtype(2 * options.sigma * float(radius) / len(points)),
             k=options.k,
         )
-    taps, projection = np.ascontiguousarray(points, depth.dtype), view.world_to_image.as_type(depth.dtype)
-    away = np.ascontiguousarray(view.viewer_distance(), depth.dtype)
-    return run_kernel(kernels.alchemy, depth, seen, taps, turns, projection, away, strength)
 
 
 ENTRIES = (
@@ -80,7 +123,8 @@ ENTRIES = (
             "ao = 1 - max(0, 1 - (2 sigma R / taps) sum max(0, v.n - beta d) / (v.v + epsilon R^2))^k, v = Q - C, d "
             "the distance of C from the viewer"
         ),
-        run=alchemy,
+        run=partial(sum_formulas, alchemy),
+        formulas=alchemy,
         options=AlchemyOptions,
         samples=lambda n: (sample_set("disk", "spiral", n).points, None),  # with the most even number of turns
         dimensions=2,

@@ -138,7 +138,7 @@ ENTRIES = (
         samples=lambda n: (make_samples("latin", n, r_min=0.0), None),
         count=64,
         normals=True,
-        texel_bytes=28,
+        texel_bytes=16,
         turns=True,
         rotation="hash",
     ),

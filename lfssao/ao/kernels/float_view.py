@@ -19,15 +19,17 @@ def float_vector(texture, texel):
 class FloatView(NamedTuple):
     """A view's textures row by row, all of one dtype, with the words of ``lfssao.ao.formulas.Seen``.
 
-    depth: (H W,), cast z, +infinity where there is no surface. positions, normals, directions: (3 H W,). turns:
-    (2, H W). kind: that of the mapping. rows: (16,), four affine rows of world space, u, v, divisor (of MATRIX alone),
-    cast z. lens: z_m, z_o, u_0, v_0 for CROSSED_SLITS, the module's 32 numbers for DISPLAY. axes: (6,), right and up.
+    depth: (H W,), image z, and surfaces, cast z, +infinity where there is no surface. positions, normals, directions:
+    (3 H W,). turns: (2, H W). kind: that of the mapping. rows: (16,), four affine rows of world space, u, v, divisor
+    (of MATRIX alone), cast z. lens: z_m, z_o, u_0, v_0 for CROSSED_SLITS, the module's 32 numbers for DISPLAY. axes:
+    (6,), right and up.
     """
 
     depth: np.ndarray
+    surfaces: np.ndarray | None
     positions: np.ndarray
-    normals: np.ndarray
-    directions: np.ndarray
+    normals: np.ndarray | None
+    directions: np.ndarray | None
     turns: np.ndarray
     kind: int
     rows: np.ndarray
@@ -46,8 +48,14 @@ class FloatView(NamedTuple):
     def turn(self, texel):
         return as_float(self.turns[0, texel]), as_float(self.turns[1, texel])
 
+    def turn_by_angle(self, texel):
+        return self.turn(texel)
+
+    def fork(self, condition):
+        return condition
+
     def surface(self, texel):
-        return as_float(self.depth[texel])
+        return as_float(self.surfaces[texel])
 
     def shows(self, texel):
         return self.depth[texel] < np.inf

@@ -13,7 +13,7 @@ import numpy as np
 from lfssao.core.elementary import sincospi
 from lfssao.core.jit import kernel
 from lfssao.core.philox import philox4x32
-from lfssao.core.vectors import disk_axes
+from lfssao.core.vectors import Vector, disk_axes
 from lfssao.gbuffer.kernels.bvh import LEAF
 from lfssao.gbuffer.kernels.triangle import Triangle, hit_triangle
 
@@ -103,7 +103,9 @@ def begin_texels(seen, positions, normals, step, begun):
         if length > 0.0:
             x, y, z = x / length, y / length, z / length
             axes[2, 0], axes[2, 1], axes[2, 2] = x, y, z
-            axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 0], axes[1, 1], axes[1, 2] = disk_axes(x, y, z)
+            e, f = disk_axes(Vector(x, y, z), z >= 0.0)
+            axes[0, 0], axes[0, 1], axes[0, 2] = e.x, e.y, e.z
+            axes[1, 0], axes[1, 1], axes[1, 2] = f.x, f.y, f.z
             for axis in range(3):
                 point[axis] = np.float64(positions[texel, axis]) + step * axes[2, axis]
             begun.texels[found] = texel

@@ -73,7 +73,9 @@ class ErrorModel:
     @property
     def errors(self) -> Errors:
         """The numbers as kernels take them."""
-        return Errors(self.operation, self.quotient, self.root, self.offset, self.coordinate, self.angle)
+        return Errors(
+            self.operation, self.quotient, self.root, self.offset, self.coordinate, self.angle, *self.exponential
+        )
 
 
 _MODELS = (

@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.horizon import HorizonOptions, fan_of
-from lfssao.ao.estimators.kernels.alchemy import Strength
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.ao.estimators.vo.estimator import VolumeOptions, make_disk
 from lfssao.ao.estimators.vo.kernels.points import Ball
@@ -32,12 +31,13 @@ from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_s
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import ball_bounds as ball_kernels
 from lfssao.verify.bounds.kernels import disk_bounds as disk_kernels
+from lfssao.verify.bounds.kernels.disk_bounds import LIMITLESS
 from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.kernels.seen import IMAGE, POSITIONS
 from lfssao.verify.bounds.kernels.sums import bound_sums, end_sums
 from lfssao.verify.bounds.post import merge_bounds
 from lfssao.verify.bounds.problem import Options, Problem, Weights, ball_view, held
-from lfssao.verify.bounds.sao import growth, lacking, left_of, sao, summing_error
+from lfssao.verify.bounds.sao import growth, sao, summing_error
 from lfssao.verify.bounds.ssao import counted, fraction_bounds, sample_points, single
 
 
@@ -133,15 +133,6 @@ def _formulas(given: Problem, radius: float, *, name: str, most: float = 1.0) ->
     return Bounds(up_to_single(lower), down_to_single(upper), sums[2].astype(np.int32))
 
 
-def _alchemy(given: Problem, radius: float) -> Bounds:
-    options, model, n = given.options, given.model, len(given.points)
-    scale, epsilon = 2 * float(options["sigma"]) * radius / n, float(options["epsilon"]) * radius * radius
-    strength = Strength._make([radius, float(single(options["beta"])), epsilon, scale, float(options["k"])])
-    away = single(given.seen.view.viewer_distance())
-    sums, undecided = given.sums(disk_kernels.sum_terms, given.surface(radius), single(given.points), away, strength)
-    return lacking(left_of(sums, scale, n, model), strength.k, undecided, model)
-
-
 def _hbao(given: Problem, radius: float) -> Bounds:
     options = HorizonOptions(**given.options)  # type: ignore[arg-type]
     fan, n = held(fan_of(options, np.dtype(np.float32))), options.directions
@@ -164,7 +155,7 @@ BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "vo-points-normal": partial(_hidden_volume, at=_points_at, tangent=True),
     "vo-lines": partial(_hidden_volume, at=_lines_at, tangent=False),
     "vo-lines-normal": partial(_hidden_volume, at=_lines_at, tangent=True),
-    "alchemy": _alchemy,
+    "alchemy": partial(_formulas, name="alchemy", most=LIMITLESS),
     "oriented-hemisphere": partial(_formulas, name="oriented-hemisphere"),
     "hbao": _hbao,
     "sao": sao,

@@ -51,7 +51,7 @@ class Problem(NamedTuple):
 
 def ball_view(buffers: Buffers, seen: Seen, model: ErrorModel) -> BallView:
     """Return a view's textures and mapping as formulas of balls read them."""
-    floats = held(float_view(buffers))
+    floats = held(float_view(buffers, ()))
     return BallView(
         **{name: getattr(floats, name) for name in ("kind", "rows", "lens", "axes")},
         depth=seen.depth.ravel(),
@@ -62,6 +62,7 @@ def ball_view(buffers: Buffers, seen: Seen, model: ErrorModel) -> BallView:
         low=seen.low.ravel(),
         high=seen.high.ravel(),
         by=model.errors,
+        turned=buffers.turns is not None,
     )
 
 

@@ -24,7 +24,8 @@ class BallView(NamedTuple):
 
     Textures are float32, numbers of the mapping and of the axes are float32 ones, held as float64: those of
     ``lfssao.ao.kernels.float_view.FloatView``, and low and high, (H W,) float64, the least and the largest cast z of
-    each surface. by: ``pairs.Errors``.
+    each surface. by: ``pairs.Errors``. turned: whether turns are not all 0. way: the answer to conditions in doubt, 0
+    or 1; asked, (1,): 1 after one was in doubt.
     """
 
     depth: np.ndarray
@@ -39,9 +40,14 @@ class BallView(NamedTuple):
     low: np.ndarray
     high: np.ndarray
     by: NamedTuple
+    turned: bool
+    way: int = 0
+    asked: np.ndarray = np.zeros(1)
 
     def ball(self, value, error):
-        return Ball(np.float64(value), error, ball_of(0.0, 0.0, self.by.operation, self.by.quotient, self.by.root))
+        by = self.by
+        zero = ball_of(0.0, 0.0, by.operation, by.quotient, by.root, by.constant, by.slope)
+        return Ball(np.float64(value), np.float64(error), zero)
 
     def position(self, texel):
         return _vector(self, self.positions, texel, 0.0)
@@ -54,6 +60,16 @@ class BallView(NamedTuple):
 
     def turn(self, texel):
         return self.ball(self.turns[0, texel], 0.0), self.ball(self.turns[1, texel], 0.0)
+
+    def turn_by_angle(self, texel):
+        off = self.by.angle if self.turned else 0.0
+        return self.ball(self.turns[0, texel], off), self.ball(self.turns[1, texel], off)
+
+    def fork(self, condition):
+        if condition.may == condition.must:
+            return condition.must
+        self.asked[0] = 1.0
+        return self.way == 1
 
     def surface(self, texel):
         low, high = self.low[texel], self.high[texel]
@@ -76,3 +92,12 @@ class BallView(NamedTuple):
 
     def depth_at(self, place):
         return row_of_spot(self.rows, 3, place)
+
+
+@formula
+def answering(view, way, asked):
+    """A view that answers conditions in doubt in one way."""
+    return BallView(
+        view.depth, view.positions, view.normals, view.directions, view.turns, view.kind, view.rows, view.lens,
+        view.axes, view.low, view.high, view.by, view.turned, way, asked,
+    )  # fmt: skip

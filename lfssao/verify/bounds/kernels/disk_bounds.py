@@ -1,4 +1,4 @@
-"""Estimators whose samples lie on a disk around a texel's point, on pairs: ``vo-lines``, ``alchemy`` and ``hbao``.
+"""Estimators whose samples lie on a disk around a texel's point, on pairs: ``vo-lines`` and ``hbao``; ``sao``'s terms.
 
 Turn, reflection and place on the disk may be applied in any order: no term of an offset f a + g b, a and b the frame's
 pairs, is rounded more than 21 times on its way into a row. A row's own roundings of the offset, 10 of its terms, which
@@ -17,7 +17,7 @@ from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON
 from lfssao.core.jit import kernel
 from lfssao.verify.bounds.kernels import pairs
 from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, add, div, dot, exact, mul, positive, times, triple
-from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected, at_point, row_of, widen
+from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected, widen
 from lfssao.verify.bounds.kernels.seen import box_of, look, surface_of, texel_of, texel_point, turn_of
 
 ROUNDINGS = 48  # 21 and twice 10 if they are counted
@@ -142,18 +142,6 @@ def sum_lengths(begin, stop, seen, disk, thickness, by, sums):
 
 
 @kernel(inline=True)
-def axes_of(way, sign, by):
-    """Axes e and -f of ``lfssao.core.vectors.disk_axes`` for a sign of z: those of a reflection by (1, 0)."""
-    x, y, z = way
-    g = exact(sign)
-    a = div(Pair(-sign, 0.0), add(exact(1.0), mul(g, z, by), by), by)
-    b, gx = mul(mul(x, y, by), a, by), mul(g, x, by)
-    e = add(exact(1.0), mul(mul(gx, x, by), a, by), by), mul(g, b, by), Pair(-gx.value, gx.error)
-    last = add(g, mul(mul(y, y, by), a, by), by)
-    return e, (Pair(-b.value, b.error), Pair(-last.value, last.error), y)
-
-
-@kernel(inline=True)
 def term_of(v, normal, less, epsilon, falls, by):
     """The least and largest term max(0, v . n - less) / (v . v + epsilon), times max(0, 1 - v . v)^3 if it falls."""
     square, above = dot(v, v, by), pairs.sub(dot(v, normal, by), less, by)
@@ -170,47 +158,6 @@ def term_of(v, normal, less, epsilon, falls, by):
         return 0.0, LIMITLESS
     sure = below.value + below.error < _LARGE
     return max(term.value - error, 0.0) if sure else 0.0, max(term.value + error, 0.0)
-
-
-@kernel(inline=True)
-def sum_of(seen, taps, axes, normal, less, epsilon, j, i, by):
-    """The least and largest sum of a texel's terms on a disk of these axes, and its taps in doubt."""
-    low, high, doubt, here = 0.0, 0.0, 0, triple(seen.positions[j, i])
-    for s in range(taps.shape[0]):
-        angle = by.angle if seen.turns.shape[1] > 0 else 0.0
-        offset = offset_of(seen, taps[s, 0], taps[s, 1], (1.0, 0.0), axes, j, i, angle, by)
-        _, _, box = look(seen, place_of(here, seen.radius, offset), by)
-        least, most = LIMITLESS * box.least, LIMITLESS * box.most
-        for k in range(box.texels):
-            (row, column), (a, b) = texel_of(box, k), (0.0, 0.0)
-            if seen.depth[row, column] < np.inf and not (row == j and column == i):
-                v = pairs.apart(triple(seen.positions[row, column]), here, by)
-                a, b = term_of(v, normal, less, epsilon, False, by)
-            least, most = min(least, a), max(most, b)
-        low, high, doubt = low + least, high + most, doubt + int(not box.sure)
-    return low, high, doubt
-
-
-@kernel(rows="seen.depth")
-def sum_terms(begin, stop, seen, taps, away, strength, by, sums):
-    """Write the least and largest sum of every texel's terms, and its taps in doubt, (3, H, W) float64.
-
-    ``taps`` are points of the unit disk, (n, 2); ``away``, (4,), is the distance from the viewers, affine. The disk has
-    either pair of axes where a viewing direction may have either sign of z.
-    """
-    for j in range(begin, stop):
-        for i in range(seen.depth.shape[1]):
-            here, normal, way = triple(seen.positions[j, i]), triple(seen.normals[j, i]), way_of(seen, j, i)
-            far = pairs.ramp(row_of(away, 0, at_point(here), by.operation))
-            less, epsilon = mul(exact(strength.beta), far, by), strength.epsilon
-            found = np.inf, 0.0, 0
-            for sign in (-1.0, 1.0):
-                if seen.depth[j, i] < np.inf and sign * way[2].value >= -LOOK:
-                    axes, room = axes_of(way, sign, by), Pair(epsilon, 4.0 * by.operation * epsilon)
-                    low, high, doubt = sum_of(seen, taps, axes, normal, less, room, j, i, by)
-                    found = min(found[0], low), max(found[1], high), max(found[2], doubt)
-            if seen.depth[j, i] < np.inf:
-                sums[0, j, i], sums[1, j, i], sums[2, j, i] = found
 
 
 @kernel(inline=True)

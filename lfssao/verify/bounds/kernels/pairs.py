@@ -38,6 +38,8 @@ class Errors(NamedTuple):
     offset: float
     coordinate: float
     angle: float
+    constant: float = 0.0  # of exp(x), relative, and times abs(x)
+    slope: float = 0.0
 
 
 @kernel(inline=True)

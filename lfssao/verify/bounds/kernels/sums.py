@@ -11,6 +11,7 @@ from lfssao.core.jit import kernel
 from lfssao.core.numbers import number
 from lfssao.core.places import row_of_spot
 from lfssao.optics.kernels.projection import image_of
+from lfssao.verify.bounds.kernels.ball_view import answering
 from lfssao.verify.bounds.kernels.pairs import Pair
 from lfssao.verify.bounds.kernels.projection_bounds import Projected
 from lfssao.verify.bounds.kernels.seen import box_of, texel_of
@@ -29,38 +30,50 @@ def look(view, seen, place, z):
     return box_of(seen, Projected(across, down, Pair(0.0, 0.0), valid.may, valid.must))
 
 
+@kernel
+def _bound_texel(view, seen, estimator, most_term, texel):
+    """The least and the largest sum of a texel's terms, and its terms in doubt."""
+    low, high, doubt = 0.0, 0.0, 0.0
+    here = estimator.start(view, texel)
+    for s in range(estimator.points.shape[0]):
+        place = estimator.place(view, here, s)
+        z = view.depth_at(place)
+        box = look(view, seen, place, z)
+        least, most = most_term * box.least, most_term * box.most
+        for k in range(box.texels):
+            row, column = texel_of(box, k)
+            other = row * seen.depth.shape[1] + column
+            term = number(estimator.background(), z)
+            if view.shows(other):
+                term = estimator.term(view, here, z, texel, other)
+            error = term.error * SAFETY
+            if error < np.inf:
+                least, most = min(least, max(term.value - error, 0.0)), max(most, term.value + error)
+            else:
+                least, most = 0.0, most_term
+        low, high = low + least, high + most
+        doubt += 1.0 if most - least > _OPEN * most else 0.0
+    return low, high, doubt
+
+
 @kernel(rows="seen.depth")
 def bound_sums(begin, stop, seen, view, estimator, most_term, sums):
     """Write the least and the largest sum of every texel's terms, and its terms in doubt, (3, H, W) float64.
 
     view: ``BallView``. most_term: no term is larger, as far as is known.
     """
-    width = seen.depth.shape[1]
+    width, asked = seen.depth.shape[1], np.zeros(1)
+    one, other = answering(view, 0, asked), answering(view, 1, asked)
     for j in range(begin, stop):
         for i in range(width):
-            texel, low, high, doubt = j * width + i, 0.0, 0.0, 0.0
+            texel = j * width + i
             if not view.shows(texel):
                 continue
-            here = estimator.start(view, texel)
-            for s in range(estimator.points.shape[0]):
-                place = estimator.place(view, here, s)
-                z = view.depth_at(place)
-                box = look(view, seen, place, z)
-                least, most = most_term * box.least, most_term * box.most
-                for k in range(box.texels):
-                    row, column = texel_of(box, k)
-                    other = row * width + column
-                    if view.shows(other):
-                        term = estimator.term(view, here, z, texel, other)
-                    else:
-                        term = number(estimator.background(), z)
-                    error = term.error * SAFETY
-                    if error < np.inf:
-                        least, most = min(least, max(term.value - error, 0.0)), max(most, term.value + error)
-                    else:
-                        least, most = 0.0, most_term
-                low, high = low + least, high + most
-                doubt += 1.0 if most - least > _OPEN * most else 0.0
+            asked[0] = 0.0
+            low, high, doubt = _bound_texel(one, seen, estimator, most_term, texel)
+            if asked[0] > 0.0:
+                least, most, more = _bound_texel(other, seen, estimator, most_term, texel)
+                low, high, doubt = min(low, least), max(high, most), max(doubt, more)
             sums[0, j, i], sums[1, j, i], sums[2, j, i] = low, high, doubt
 
 

@@ -4,7 +4,8 @@ A *ball* (Arb's word) stands for any number of [value - error, value + error]. E
 errors make of the exact result its own rounding, at most r times the size of what is rounded, and ``FLUSHED`` for
 numbers that may be flushed to zero. Errors are computed in float64, whose own rounding is 2^-29 of float32's;
 ``SAFETY`` times an error, applied once where the error is used, outweighs the rounding of a thousand such operations. A
-plain number beside a ball is exact, and so is a result that is 0 for sure. A comparison of balls gives a *doubt*:
+plain number beside a ball is exact, and so is a result that is 0 for sure. No error is infinite or NaN: one of
+``UNKNOWN`` and more says that nothing is known. A comparison of balls gives a *doubt*:
 whether it may hold, and whether it must.
 """
 
@@ -24,6 +25,7 @@ from lfssao.core.numbers import (
     formula,
     is_finite,
     is_plain,
+    known,
     larger,
     number,
     power,
@@ -32,10 +34,12 @@ from lfssao.core.numbers import (
     smaller,
     smoothstep,
     struct,
+    twice,
 )
 
 FLUSHED = 2.0**-124  # four flushed numbers: an operation's operands and its result, and one to spare
 SAFETY = 1.0 + 2.0**-20
+UNKNOWN = 2.0**400  # an error of a number of which nothing is known; its square is finite
 _LARGE = 2.0**126
 
 
@@ -78,10 +82,14 @@ def ball_of(_typing, value, error, operation, quotient, root, constant, slope):
 
 @formula
 def Ball(value, error, like):  # noqa: N802 - it reads as a type
-    """Value +- error, in the error model of another ball; any number where the error is no finite number."""
-    known = error < np.inf
-    value, error = value if known else 0.0, error if known else np.inf
+    """Value +- error, in the error model of another ball."""
     return ball_of(value, error, like.operation, like.quotient, like.root, like.constant, like.slope)
+
+
+@formula
+def _flushed(by, size):
+    """What flushing may take from a result of a size; nothing of 0."""
+    return min(by, _LARGE * size)
 
 
 def Doubt(may, must):  # noqa: N802
@@ -124,50 +132,51 @@ def _of_two(function, implementation):
     return typed
 
 
-@formula
-def _added(s, x, y):
-    """A sum s of two balls: a sum with 0 is not rounded."""
-    e = x.error + y.error
-    kept = (x.value == 0.0 and x.error == 0.0) or (y.value == 0.0 and y.error == 0.0) or abs(s) + e == 0.0
-    return Ball(s, e if kept else e + x.operation * (abs(s) + e) + FLUSHED, x)
-
-
 @_rule(operator.add)
 def _add(x, y):
     """(x + e) + (y + f) = (x + y) + (e + f)."""
-    return _added(x.value + y.value, x, y)
+    s, e = x.value + y.value, x.error + y.error
+    size = abs(s) + e
+    return Ball(s, e + x.operation * size + _flushed(FLUSHED, size), x)
 
 
 @_rule(operator.sub)
 def _sub(x, y):
     """(x + e) - (y + f) = (x - y) + (e - f)."""
-    return _added(x.value - y.value, x, y)
+    s, e = x.value - y.value, x.error + y.error
+    size = abs(s) + e
+    return Ball(s, e + x.operation * size + _flushed(FLUSHED, size), x)
 
 
 @_rule(operator.mul)
 def _mul(x, y):
     """(x + e)(y + f) = x y + (x f + y e + e f)."""
-    p = x.value * y.value
-    e = (abs(x.value) * y.error + abs(y.value) * x.error) + x.error * y.error
-    flushed = FLUSHED * (1.0 + abs(x.value) + abs(y.value))
-    return Ball(p, 0.0 if abs(p) + e == 0.0 else e + x.operation * (abs(p) + e) + flushed, x)
+    p, a, b = x.value * y.value, abs(x.value), abs(y.value)
+    e = (a * y.error + b * x.error) + x.error * y.error
+    size = abs(p) + e
+    return Ball(p, min(e + x.operation * size + _flushed(FLUSHED * (1.0 + a + b), size), UNKNOWN), x)
 
 
 @_rule(operator.truediv)
 def _div(x, y):
-    """(x + e) / (y + f) = x / y + (e - (x / y) f) / (y + f); infinite where y may be 0."""
-    q, room = x.value / y.value, abs(y.value) - y.error
+    """(x + e) / (y + f) = x / y + (e - (x / y) f) / (y + f); unknown where y may be 0."""
+    room = abs(y.value) - y.error
+    if not room > FLUSHED:
+        return Ball(0.0, UNKNOWN, x)
+    q = x.value / y.value
     e = (x.error + abs(q) * y.error) / room
-    e = 0.0 if abs(q) + e == 0.0 else e + x.quotient * (abs(q) + e) + FLUSHED * (1.0 + 1.0 / room)
-    return Ball(q, e if room > FLUSHED else np.inf, x)
+    size = abs(q) + e
+    return Ball(q, min(e + x.quotient * size + _flushed(FLUSHED * (1.0 + 1.0 / room), size), UNKNOWN), x)
 
 
 @_rule(np.sqrt)
 def _sqrt(x):
-    """sqrt(x + e) = sqrt(x) + e / (sqrt(x + e) + sqrt(x)); infinite where x may be negative."""
-    s = np.sqrt(max(x.value, 0.0))
-    e = x.error / (np.sqrt(max(x.value - x.error, 0.0)) + s) if s > 0.0 else np.sqrt(x.error)
-    return Ball(s, e + x.root * (s + e) + FLUSHED if x.value - x.error >= 0.0 else np.inf, x)
+    """sqrt(x + e) = sqrt(x) + e / (sqrt(x + e) + sqrt(x)); unknown where x may be negative."""
+    if not x.value - x.error >= 0.0:
+        return Ball(0.0, UNKNOWN, x)
+    s = np.sqrt(x.value)
+    e = x.error / (np.sqrt(x.value - x.error) + s) if s > 0.0 else np.sqrt(x.error)
+    return Ball(s, e + x.root * (s + e) + FLUSHED, x)
 
 
 @_rule(operator.neg)
@@ -234,6 +243,12 @@ def _power_error(x, k, like):
     return like.constant + k * 2.0**-21 + steps * (like.slope + 5.0 * 2.0**-23) + 2.0 * k * max(x - 1.0, 0.0)
 
 
+@_rule(twice)
+def _twice(x):
+    """2 (x + e) = 2 x + 2 e."""
+    return Ball(2.0 * x.value, 2.0 * x.error, x)
+
+
 @_rule(is_finite)
 def _is_finite(x):
     """A number from 2^126 on may be infinite in float32."""
@@ -276,6 +291,11 @@ def _eq(x, y):
 @overload(number, jit_options=INLINED)
 def _number(x, like):
     return (lambda x, like: Ball(np.float64(x), 0.0, like)) if like == ball and is_plain(x) else None
+
+
+@overload(known, jit_options=INLINED)
+def _known(x, value):
+    return (lambda x, value: Ball(np.float64(value), 0.0, x)) if x == ball else None
 
 
 @overload(rounded, jit_options=INLINED)

@@ -187,6 +187,16 @@ def rounded(x: Any, times: Any, like: Any, quotients: Any = 0) -> Any:
     return x
 
 
+def known(x: Any, value: Any) -> Any:
+    """Return a number that is known to be a plain value; of balls that value, which nobody rounds."""
+    return x
+
+
+def twice(x: Any) -> Any:
+    """Return 2 x, which nobody rounds."""
+    return 2 * x
+
+
 def power(x: Any, k: Any) -> Any:
     """Return x to the power of a plain number k >= 0, x from 0 to 1: in float64, rounded once."""
     return x**k
@@ -254,6 +264,8 @@ def _of_floats(function, implementation):
 
 
 _of_floats(rounded, lambda x, times, like, quotients=0: number(x, like))
+_of_floats(known, lambda x, value: x)
+_of_floats(twice, lambda x: 2 * x)
 _of_floats(is_finite, lambda x: x < np.inf)
 _of_floats(alternatives, lambda x, y: x)
 _of_floats(larger, lambda x, y: select(y > x, y, x))

@@ -10,7 +10,7 @@ import operator
 import numpy as np
 from numba.extending import overload
 
-from lfssao.core.balls import FLUSHED, Ball, ball
+from lfssao.core.balls import FLUSHED, UNKNOWN, Ball, ball
 from lfssao.core.numbers import INLINED, formula, is_plain, struct
 from lfssao.core.vectors import Vector
 
@@ -78,7 +78,8 @@ def offset_spot(o):
 @formula
 def _product(k, x):
     """A product that is not rounded."""
-    return Ball(k.value * x.value, (abs(k.value) * x.error + abs(x.value) * k.error) + k.error * x.error, x)
+    e = (abs(k.value) * x.error + abs(x.value) * k.error) + k.error * x.error
+    return Ball(k.value * x.value, min(e, UNKNOWN), x)
 
 
 @formula
@@ -148,4 +149,13 @@ def row_of_spot(m, row, spot):
         value += m[k + c] * (x.value + y.value)
     more = terms + spot.products
     rounded = terms * (1.0 + terms * r) * r * size + more * (1.0 + more * r) * r * moved
-    return Ball(value + m[k + 3], rounded + own + FLUSHED * flushed, p.x)
+    return Ball(value + m[k + 3], min(rounded + own + FLUSHED * flushed, UNKNOWN), p.x)
+
+
+@formula
+def mirrored(offset, side):
+    """The offset, a Spot, for a side of 1, and for -1 its mirror image; no sign is rounded."""
+    o = offset.offset
+    moved = Vector(Ball(side * o.x.value, o.x.error, o.x), Ball(side * o.y.value, o.y.error, o.x),
+                   Ball(side * o.z.value, o.z.error, o.x))  # fmt: skip
+    return Spot(offset.point, moved, offset.sizes, offset.sums, offset.products)

@@ -6,7 +6,7 @@ from typing import Any
 
 from numba.extending import overload
 
-from lfssao.core.balls import FLUSHED, Ball, ball
+from lfssao.core.balls import FLUSHED, UNKNOWN, Ball, ball
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import INLINED, formula, number, struct
 
@@ -71,20 +71,15 @@ def _dot(a, b):
 
 
 def _dot_of_balls(a, b):
-    """Each of T terms that are not 0 is rounded T - 1 times on its way, in any order, and as a product not by 1."""
-    value, own, size, flushed, roundings, products = 0.0, 0.0, 0.0, 3.0, -1.0, 0.0
+    """Each of the three terms is rounded as a product, and twice on its way, whatever the order."""
+    value, own, size, flushed, r = 0.0, 0.0, 0.0, 3.0, a.x.operation
     for x, y in ((a.x, b.x), (a.y, b.y), (a.z, b.z)):
         p, q = abs(x.value), abs(y.value)
-        most = (p + x.error) * (q + y.error)
         value += x.value * y.value
         own += (p * y.error + q * x.error) + x.error * y.error
-        size += most
+        size += (p + x.error) * (q + y.error)
         flushed += p + q
-        roundings += 1.0 if most > 0.0 else 0.0
-        kept = (p == 1.0 and x.error == 0.0) or (q == 1.0 and y.error == 0.0) or most == 0.0
-        products = products if kept else 1.0
-    r = (roundings + products) * a.x.operation
-    return Ball(value, own + (1.0 + r) * r * size + FLUSHED * flushed if r > 0.0 else own, a.x)
+    return Ball(value, min(own + 3.0 * (1.0 + 3.0 * r) * r * size + min(FLUSHED * flushed, size), UNKNOWN), a.x)
 
 
 @formula

@@ -20,13 +20,14 @@ from lfssao import Camera, InputError, builtin_scene, find_display, module_views
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors, disk_mirrors
 from lfssao.ao.textures import Buffers
-from lfssao.optics.kernels.projection import Projection
+from lfssao.core.balls import Ball
+from lfssao.core.jit import kernel
+from lfssao.core.places import offset_spot
+from lfssao.core.vectors import Vector
 from lfssao.samples import make_samples
 from lfssao.verify.bounds.error_model import MODELS, find_model
 from lfssao.verify.bounds.kernels import point_bounds as kernels
-from lfssao.verify.bounds.kernels import projection_bounds
-from lfssao.verify.bounds.kernels.pairs import Pair, exact
-from lfssao.verify.bounds.kernels.projection_bounds import Place
+from lfssao.verify.bounds.kernels.images import exact, exact_vector, map_positions
 from lfssao.verify.bounds.points import BOUNDED, point_bounds
 from lfssao.verify.bounds.view import occlusion_bounds
 from lfssao.verify.kit.views import view_numbers
@@ -34,6 +35,25 @@ from lfssao.verify.kit.views import view_numbers
 RENDERERS = 40
 OTHERS = ("alchemy", "oriented-hemisphere")  # which have tests of their own
 COUNTED = [name for name in BOUNDED if find_estimator(name).default_samples()[0] is not None and name not in OTHERS]
+
+
+@kernel
+def in_range(places, far, radius, by, may, must):
+    """``point_bounds.in_range`` of pairs of places, (n, 3)."""
+    for k in range(len(places)):
+        found = kernels.in_range(exact_vector(places[k], by), exact_vector(far[k], by), radius, by)
+        may[k], must[k] = found.may, found.must
+
+
+@kernel
+def is_below(offset, normals, by, may, must):
+    """``point_bounds.is_below`` of an offset and normals, (n, 3)."""
+    x, y, z = offset
+    like, off = exact(0.0, by), by.offset
+    made = offset_spot(Vector(Ball(x, off * abs(x), like), Ball(y, off * abs(y), like), Ball(z, off * abs(z), like)))
+    for k in range(len(normals)):
+        found = kernels.is_below(made, exact_vector(normals[k], by))
+        may[k], must[k] = found.may, found.must
 
 
 def across(rng, offsets):
@@ -187,8 +207,8 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
     places = rng.uniform(-1, 1, (n, 3)).astype(np.float32)
     far = (places + radius * (1 + rng.uniform(-spread, spread, (n, 1))) * ways).astype(np.float32)
     by = MODELS[model].errors
-    pairs = [[tuple(exact(float(c)) for c in place) for place in side] for side in (places, far)]
-    may, must = np.array([kernels.in_range(*pair, radius, by) for pair in zip(*pairs, strict=True)]).T
+    may, must = np.empty((2, n), np.bool_)
+    in_range(places.astype(float), far.astype(float), radius, by, may, must)
     ar = oracle.arithmetic(model, rng, RENDERERS)
     away = [ar.subtract(far[None, :, k].astype(float), places[None, :, k].astype(float)) for k in range(3)]
     square = ar.total(away, away)
@@ -200,10 +220,8 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
     assert must.any()
     offset = ways[7].astype(np.float32).astype(float)
     normals = across(rng, np.broadcast_to(offset, (1, n, 3)))
-    offsets = tuple(Pair(x, by.offset * abs(x)) for x in offset)
-    place = Place(offsets, offsets, tuple(abs(offset)), 0)
-    made = [kernels.is_below(place, tuple(exact(float(c)) for c in normals[0, i]), by) for i in range(n)]
-    below, surely = np.array(made).T
+    below, surely = np.empty((2, n), np.bool_)
+    is_below(offset, normals[0].astype(float), by, below, surely)
     behind = ar.total(offset, [normals[0][None, :, k].astype(float) for k in range(3)]) < 0
     assert not (behind & ~below).any()
     assert not (~behind & surely).any()
@@ -213,7 +231,7 @@ def test_the_range_check_and_the_turn_have_outcomes_of_their_own(model):
 
 @settings(max_examples=20)
 @given(st.data())
-def test_image_points_equal_the_reference(data):
+def test_image_points_are_the_references_and_no_wider(data):
     view = oracle.drawn_view(data.draw, 2, 3)
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
     places = rng.uniform(-3, 3, (6, 3))
@@ -221,17 +239,18 @@ def test_image_points_equal_the_reference(data):
     kind, m = view.world_to_image.kind, view.world_to_image.as_type(np.float32).numbers.astype(np.float64)
     by = MODELS[data.draw(st.sampled_from(["shader", "nearest"]))].errors
     image, error, sure = np.empty((6, 3)), np.empty((6, 3)), np.empty(6, np.bool_)
-    projection_bounds.map_positions(places, off, Projection(kind, m), by, image, error, sure)
+    map_positions(places, off, kind, m, by, image, error, sure)
     for place in range(6):
         pairs = [reference.Pair(x, e, by) for x, e in zip(places[place], off[place], strict=True)]
         with np.errstate(all="ignore"):
             rows = [reference.row(m, k, pairs, by) for k in range(4 if kind == reference.MATRIX else 3)]
             u, v, z, truths = reference.image(kind, m, *rows, *[None] * (4 - len(rows)), by)
-        assert sure[place] == (truths == {True})
-        assert (error[place][0] == -np.inf) == (True not in truths)
-        if True in truths:
-            np.testing.assert_array_equal(image[place], [u.x, v.x, z.x])
-            np.testing.assert_array_equal(error[place], [u.e, v.e, z.e])
+        assert sure[place] >= (truths == {True})
+        if True not in truths:
+            assert error[place][0] == -np.inf
+        elif error[place][0] > -np.inf and max(u.e, v.e, z.e) < np.inf:
+            np.testing.assert_allclose(image[place], [u.x, v.x, z.x], rtol=1e-12)
+            assert (error[place] <= 1.001 * np.array([u.e, v.e, z.e]) + 1e-30).all()
 
 
 # How sharp, and what has none

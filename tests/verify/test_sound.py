@@ -15,13 +15,13 @@ from hypothesis import strategies as st
 
 from lfssao import Camera, Display, Mesh, Module, Paint, RayCaster, builtin_scene, find_display, fit_roi, module_views
 from lfssao.ao.post import blur_weights
+from lfssao.core.jit import kernel
 from lfssao.verify.bounds import post, ssao
 from lfssao.verify.bounds.bounds import exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds, depth_bounds, displaced, stray_limit
 from lfssao.verify.bounds.error_model import MODELS
-from lfssao.verify.bounds.kernels.pairs import exact
+from lfssao.verify.bounds.kernels.images import exact, linear_room
 from lfssao.verify.bounds.kernels.point_bounds import trace_samples
-from lfssao.verify.bounds.kernels.projection_bounds import linear_room
 
 EXAMPLES, RENDERERS = 100, 90  # not as many as samples: arrays are told apart by that
 DISPLAY = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), oracle.ROI)
@@ -134,6 +134,13 @@ def test_no_renderer_that_compares_distances_leaves_the_bounds(planes, seed, nam
         oracle.assert_inside(rr.occlusion(ar, depth, *points, way, planes, eye), allowed, f"{way} and eye space")
 
 
+@kernel
+def rooms(numbers, depths, by, room):
+    """Twice ``linear_room`` of depths, (n,)."""
+    for k in range(len(depths)):
+        room[k] = 2.0 * linear_room(numbers, exact(depths[k], by), by)
+
+
 @pytest.mark.parametrize("name", ["shader", "nearest"])
 @pytest.mark.parametrize("planes", PLANES)
 def test_room_for_distances_is_enough_and_not_five_times_what_is_needed(planes, name):
@@ -141,7 +148,8 @@ def test_room_for_distances_is_enough_and_not_five_times_what_is_needed(planes, 
     rng, near, far = np.random.default_rng(0), *planes
     surface = np.float64(np.float32(window_depth(planes, near * (far / near) ** rng.uniform(0, 0.9, 4000))))
     numbers, by = rr.single(perspective(planes).world_to_image.numbers), MODELS[name].errors
-    room = 2 * np.array([linear_room(numbers, exact(d), by) for d in surface])
+    room = np.empty(surface.shape)
+    rooms(numbers, surface, by, room)
     sample = np.float64(np.float32(surface + room * rng.uniform(-1.2, 1.2, surface.shape)))
     apart, needed = np.abs(sample - surface) / room, 0.0
     for way in rr.WAYS:

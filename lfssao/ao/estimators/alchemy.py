@@ -94,7 +94,8 @@ class Alchemy(NamedTuple):
 
     def end(self, total: Any) -> Any:
         """1 - max(0, 1 - 2 sigma / s sum)^k."""
-        return 1 - power(larger(0, 1 - rounded(self.scale, 3, total, 1) * total), self.k)
+        light = select(total > 0, 1 - rounded(self.scale, 3, total, 1) * total, 1)
+        return 1 - power(larger(0, light), self.k)
 
 
 def alchemy(

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, formula, number, plain, select
+from lfssao.core.numbers import as_float, formula, known, number, plain, select, twice
 from lfssao.core.vectors import Vector, dot
 
 NEVER = 3e38  # finite in float32 too, as JSON has no infinity
@@ -69,7 +69,7 @@ def circle_crossing(curvature, x, z, dx, dz):
     """
     a = curvature * (dx * dx + dz * dz)
     b = curvature * (x * dx + z * dz) - dz
-    c = curvature * (x * x + z * z) - 2 * z
+    c = curvature * (x * x + z * z) - twice(z)
     discriminant = b * b - a * c
     return -c / (b + np.sqrt(select(discriminant > 0, discriminant, 0))), discriminant
 
@@ -108,6 +108,8 @@ def apply_homography(h, x, y):
     """(x, y, 1) times a homography, nine numbers: u, v and the divisor, which must be positive."""
     point = Vector(x, y, number(1, x))
     w = dot(Vector(number(h[6], x), number(h[7], x), number(h[8], x)), point)
+    if h[6] == 0 and h[7] == 0 and h[8] == 1:
+        w = known(w, 1)  # a divisor that a renderer may leave out
     u = dot(Vector(number(h[0], x), number(h[1], x), number(h[2], x)), point) / w
     v = dot(Vector(number(h[3], x), number(h[4], x), number(h[5], x)), point) / w
     return u, v, w

@@ -27,12 +27,12 @@ from lfssao.ao.estimators.vo.kernels.points import Ball
 from lfssao.ao.estimators.vo.local_frame import ball_mirrors
 from lfssao.ao.textures import Buffers
 from lfssao.core.affine import sum_in_order
+from lfssao.core.balls import SAFETY
 from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import ball_bounds as ball_kernels
 from lfssao.verify.bounds.kernels import disk_bounds as disk_kernels
-from lfssao.verify.bounds.kernels.disk_bounds import LIMITLESS
-from lfssao.verify.bounds.kernels.pairs import SAFETY
+from lfssao.verify.bounds.kernels.sao_bounds import LIMITLESS
 from lfssao.verify.bounds.kernels.seen import IMAGE, POSITIONS
 from lfssao.verify.bounds.kernels.sums import bound_sums, end_sums
 from lfssao.verify.bounds.post import merge_bounds

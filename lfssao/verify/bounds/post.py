@@ -9,10 +9,10 @@ import numpy as np
 from lfssao.ao.kernels import post as post_kernels
 from lfssao.ao.post import blur, blur_weights, gaussian_kernel, merge, shade
 from lfssao.core import elementary
+from lfssao.core.balls import SAFETY
 from lfssao.errors import InputError
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, exactly, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
-from lfssao.verify.bounds.kernels.pairs import SAFETY
 
 
 def merge_bounds(layers: Sequence[Bounds]) -> Bounds:

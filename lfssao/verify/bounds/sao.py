@@ -25,12 +25,12 @@ from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
 from lfssao.ao.estimators.sao.kernels.scalable import Falloff
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.ao.reference import gaussian_weights
+from lfssao.core.balls import SAFETY
 from lfssao.core.elementary import power
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, exactly, up_to_single
 from lfssao.verify.bounds.depth import distance_ends
 from lfssao.verify.bounds.error_model import ULP, ErrorModel
 from lfssao.verify.bounds.kernels import sao_bounds as kernels
-from lfssao.verify.bounds.kernels.pairs import SAFETY
 from lfssao.verify.bounds.kernels.seen import NOTHING
 from lfssao.verify.bounds.problem import Ends, Problem
 from lfssao.verify.bounds.ssao import distance_error, single

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from lfssao.ao.ssao import algorithm1, algorithm2, check_radius, scaled_offsets
 from lfssao.ao.textures import check_turns
 from lfssao.core.affine import Matrix
+from lfssao.core.balls import SAFETY
 from lfssao.errors import InputError
-from lfssao.optics.kernels.projection import MATRIX, Projection
+from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import View, WorldToImage
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
-from lfssao.verify.bounds.kernels import projection_bounds
-from lfssao.verify.bounds.kernels.pairs import SAFETY
+from lfssao.verify.bounds.kernels.images import map_positions
 from lfssao.verify.bounds.kernels.point_bounds import Points, count_hidden
 from lfssao.verify.bounds.kernels.seen import IMAGE, NOTHING, Seen, write_depths
 
@@ -149,8 +149,8 @@ def project_positions(
     shape = positions.shape
     points, off = positions.reshape(-1, 3), allowance.reshape(-1, 3)
     image, error, sure = np.empty_like(points), np.empty_like(points), np.empty(len(points), np.bool_)
-    mapping = Projection(world_to_image.kind, single(world_to_image.numbers))
-    projection_bounds.map_positions(points, off, mapping, model.errors, image, error, sure)
+    kind, numbers = world_to_image.kind, single(world_to_image.numbers)
+    map_positions(points, off, kind, numbers, model.errors, image, error, sure)
     return image.reshape(shape), error.reshape(shape), sure.reshape(shape[:-1])
 
 

@@ -8,9 +8,9 @@ error of ``above`` is one of the place.
 import numpy as np
 
 from lfssao.core.jit import kernel
+from lfssao.verify.bounds.kernels.old_seen import look, texel_of, texel_point, turn_of
 from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, exact
 from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place
-from lfssao.verify.bounds.kernels.seen import look, texel_of, texel_point, turn_of
 
 _ROUNDINGS = 16  # of a term of a turned and reflected offset, but for a row's; 14 if they are counted
 _SMALLEST = 2.0**-126

@@ -16,9 +16,9 @@ import numpy as np
 from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON
 from lfssao.core.jit import kernel
 from lfssao.verify.bounds.kernels import pairs
+from lfssao.verify.bounds.kernels.old_seen import box_of, look, surface_of, texel_of, texel_point, turn_of
 from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, add, div, dot, exact, mul, positive, times, triple
 from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected, widen
-from lfssao.verify.bounds.kernels.seen import box_of, look, surface_of, texel_of, texel_point, turn_of
 
 ROUNDINGS = 48  # 21 and twice 10 if they are counted
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off

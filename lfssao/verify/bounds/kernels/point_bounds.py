@@ -1,4 +1,4 @@
-"""LF's Algorithms 1 and 2, ``point`` and ``hemisphere`` on pairs: which samples are hidden for sure, and which may be.
+"""LF's Algorithms 1 and 2, ``point`` and ``hemisphere`` by balls: which samples are hidden for sure, and which may be.
 
 A sample's depth is a range, and so may be that of a surface. If all texels that it may be looked up in give the same
 decision for all depths, it is hidden or clear; else it is undecided. A camera's renderer may compare window depths, or
@@ -13,10 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lfssao.core.balls import Ball
 from lfssao.core.jit import kernel
+from lfssao.core.places import mirrored, offset_spot, point_spot
+from lfssao.core.vectors import Vector, dot
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.verify.bounds.kernels.pairs import Pair, apart, dot, exact, mul, positive, triple
-from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected, linear_room
+from lfssao.verify.bounds.kernels.images import Projected, exact, exact_vector, linear_room
 from lfssao.verify.bounds.kernels.seen import box_of, look, texel_of, texel_point, turn_of
 
 CLEAR, OCCLUDED, UNDECIDED = 0, 1, 2
@@ -33,37 +35,33 @@ class Points(NamedTuple):
 
 
 @kernel(inline=True)
-def sample_place(seen, points, point, s, j, i, by):
-    """The place of a sample of a texel at a point."""
-    (x, y, z), (c, d) = points.offsets[s], turn_of(seen, j, i)
-    a, b, e = abs(c * x) + abs(d * y), abs(d * x) + abs(c * y), abs(z)
-    offset = Pair(c * x - d * y, by.offset * a), Pair(d * x + c * y, by.offset * b), Pair(z, by.offset * e)
-    return Place(point, offset, (a, b, e), 0 if seen.turns.shape[1] == 0 else TURNED)
+def sample_offset(seen, points, s, j, i, by):
+    """The offset of a sample of a texel, turned: c (x, y, 0) + s (-y, x, 0) + (0, 0, z)."""
+    (x, y, z), (c, d), off, nothing = points.offsets[s], turn_of(seen, j, i), by.offset, exact(0.0, by)
+    a, b, e = Ball(x, off * abs(x), nothing), Ball(y, off * abs(y), nothing), Ball(z, off * abs(z), nothing)
+    if seen.turns.shape[1] == 0:
+        return offset_spot(Vector(a, b, e))
+    turned = c * offset_spot(Vector(a, b, nothing)) + d * offset_spot(Vector(-b, a, nothing))
+    return turned + offset_spot(Vector(nothing, nothing, e))
 
 
 @kernel(inline=True)
-def on_side(place, side):
-    """The place, or for a side of -1 that on the other side of the point."""
-    x, y, z = place.offset
-    offset = Pair(side * x.value, x.error), Pair(side * y.value, y.error), Pair(side * z.value, z.error)
-    return Place(place.point, offset, place.sizes, place.more)
-
-
-@kernel(inline=True)
-def is_below(place, normal, by):
+def is_below(offset, normal):
     """Whether an offset may and does for sure point below the surface of a normal."""
-    (x, y, z), (a, b, c), r = place.offset, place.sizes, place.more * by.operation
-    x, y, z = Pair(-x.value, x.error + r * a), Pair(-y.value, y.error + r * b), Pair(-z.value, z.error + r * c)
-    return positive(dot(normal, (x, y, z), by))
+    o, (a, b, c) = offset.offset, offset.sizes
+    r = (offset.sums + offset.products) * o.x.operation
+    made = Vector(Ball(o.x.value, o.x.error + r * a, o.x), Ball(o.y.value, o.y.error + r * b, o.x),
+                  Ball(o.z.value, o.z.error + r * c, o.x))  # fmt: skip
+    return dot(normal, made) < 0
 
 
 @kernel(inline=True)
 def in_range(here, there, radius, by):
-    """Whether a place, three pairs, may be and is for sure within R of another, by distances or by their squares."""
-    away, reach = apart(there, here, by), Pair(radius, radius * SINGLE)
-    square, reach = dot(away, away, by), mul(reach, reach, by)
+    """Whether a place, a vector, may be and is for sure within R of another, by distances or by their squares."""
+    away, reach = there - here, exact(radius, by)
+    square, reach = dot(away, away), Ball(radius, radius * SINGLE, reach)
     rounded = square.error + 2.0 * by.root * (square.value + square.error)
-    return positive(Pair(reach.value - square.value, reach.error + rounded))
+    return reach * reach > Ball(square.value, rounded, square)
 
 
 @kernel(inline=True)
@@ -76,8 +74,8 @@ def is_hidden(seen, image, here, reach, by):
         j, i = texel_of(box, k)
         behind, surely = seen.low[j, i] < z_high, seen.high[j, i] < z_low
         if behind and reach < np.inf:
-            near, near_surely = in_range(here, triple(seen.positions[j, i]), reach, by)
-            behind, surely = near, surely & near_surely
+            near = in_range(here, exact_vector(seen.positions[j, i], by), reach, by)
+            behind, surely = near.may, surely & near.must
         may, must = may | behind, must & surely
     return may, must
 
@@ -111,21 +109,24 @@ def depth_is_exact(m, point, offset):
 @kernel(inline=True)
 def trace_sample(seen, points, here, s, j, i, by):
     """Image point, errors included, of sample s of a texel at a point, and whether it may and must be hidden."""
-    place, m = sample_place(seen, points, here, s, j, i, by), seen.numbers
-    below, surely = is_below(place, triple(seen.normals[j, i]), by) if points.half else (False, False)
-    image, may, must = Projected(exact(0.0), exact(0.0), exact(0.0), False, False), False, True
+    offset, m, nothing = sample_offset(seen, points, s, j, i, by), seen.numbers, exact(0.0, by)
+    point, below, surely = point_spot(here), False, False
+    if points.half:
+        side = is_below(offset, exact_vector(seen.normals[j, i], by))
+        below, surely = side.may, side.must
+    image, may, must = Projected(nothing, nothing, nothing, False, False), False, True
     for side in (1.0, -1.0):
         if below if side < 0.0 else not surely:
-            image, _, _ = look(seen, on_side(place, side), by)
+            image, _, _ = look(seen, point + mirrored(offset, side), by)
             if seen.kind == MATRIX:  # the sample's room and the surface's, which differ where they decide by little
-                z = Pair(image.z.value, image.z.error + 2.0 * linear_room(m, image.z, by))
+                z = Ball(image.z.value, image.z.error + 2.0 * linear_room(m, image.z, by), nothing)
                 image = Projected(image.u, image.v, z, image.may, image.must)
             hidden = is_hidden(seen, image, here, points.reach, by)
             may, must = may | hidden[0], must & hidden[1]
     if may and not must and seen.kind != MATRIX and seen.back.shape[0] == 0 and points.is_exact[s] and not below:
         still = seen.turns.shape[1] == 0 or (m[8] == 0.0 and m[9] == 0.0)  # no turn changes z
         if still and depth_is_exact(m, seen.positions[j, i], points.offsets[s]):
-            image = Projected(image.u, image.v, exact(image.z.value), image.may, image.must)
+            image = Projected(image.u, image.v, exact(image.z.value, by), image.may, image.must)
             may, must = is_hidden(seen, image, here, points.reach, by)
     return image, may, must
 
@@ -149,8 +150,8 @@ def trace_samples(seen, points, j, i, by, found):
     """Write u, error, v, error, z, error, may and must lie in the domain, outcome, (n, 9), of one texel's samples."""
     for s in range(points.offsets.shape[0]):
         image, may, must = trace_sample(seen, points, texel_point(seen, j, i, by), s, j, i, by)
-        found[s, 0], found[s, 1] = image.u
-        found[s, 2], found[s, 3] = image.v
-        found[s, 4], found[s, 5] = image.z
+        found[s, 0], found[s, 1] = image.u.value, image.u.error
+        found[s, 2], found[s, 3] = image.v.value, image.v.error
+        found[s, 4], found[s, 5] = image.z.value, image.z.error
         found[s, 6], found[s, 7] = image.may, image.must
         found[s, 8] = OCCLUDED if must else UNDECIDED if may else CLEAR

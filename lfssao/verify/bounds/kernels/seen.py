@@ -1,4 +1,4 @@
-"""A view on pairs: the texels that a place may be looked up in, and the depths of their surfaces.
+"""A view of balls: the texels that a place may be looked up in, and the depths of their surfaces.
 
 The image point of a place is a box [u - e_u, u + e_u] x [v - e_v, v + e_v]. A renderer reads one of the texels that the
 box touches, or none. A sample's term lies between the least and the largest that these give.
@@ -8,10 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lfssao.core.balls import SAFETY, UNKNOWN, Ball
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.projection import MATRIX, Projection
-from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, div, exact, triple
-from lfssao.verify.bounds.kernels.projection_bounds import at_point, image_of, linear_room, row_of, rows_of
+from lfssao.core.places import point_spot, row_of_spot
+from lfssao.core.vectors import Vector
+from lfssao.optics.kernels.projection import MATRIX
+from lfssao.verify.bounds.kernels.images import exact, exact_vector, linear_room, project, widen
 
 # A box of more texels than this is open without looking at them: it takes a mapping next to its singularity.
 _MOST_TEXELS = 4096
@@ -65,19 +67,22 @@ def turn_of(seen, j, i):
 
 @kernel(inline=True)
 def depth_of(seen, j, i):
-    """A texel's depth."""
+    """A texel's depth, and how far it is off; the depth may be -infinity."""
     depth = np.float64(seen.depth[j, i])
-    return Pair(depth, seen.room * abs(depth) if seen.room > 0.0 else 0.0)  # it may be -infinity
+    return depth, seen.room * abs(depth) if seen.room > 0.0 else 0.0
 
 
 @kernel(inline=True)
 def texel_point(seen, j, i, by):
-    """World coordinates of a texel's surface as pairs: given, or made as in Algorithm 1, line 3."""
+    """World coordinates of a texel's surface, a vector of balls: given, or made as in Algorithm 1, line 3."""
     if seen.back.shape[0] == 0:
-        return triple(seen.positions[j, i])
-    place = at_point((exact(i + 0.5), exact(j + 0.5), depth_of(seen, j, i)))
-    a, b, c, w = rows_of(Projection(MATRIX, seen.back), place, by.operation)
-    return div(a, w, by), div(b, w, by), div(c, w, by)
+        return exact_vector(seen.positions[j, i], by)
+    depth, off = depth_of(seen, j, i)
+    half = exact(0.5, by)
+    place = point_spot(Vector(exact(i + 0.5, by), exact(j + 0.5, by), Ball(depth, off, half)))
+    w = row_of_spot(seen.back, 3, place)
+    a, b, c = row_of_spot(seen.back, 0, place), row_of_spot(seen.back, 1, place), row_of_spot(seen.back, 2, place)
+    return Vector(a / w, b / w, c / w)
 
 
 @kernel(inline=True)
@@ -89,7 +94,7 @@ def box_of(seen, image):
     if not image.may or u_high < 0.0 or u_low >= width or v_high < 0.0 or v_low >= height:
         return Box(0.0, 0.0, True, 0, 1, 0, 0)
     is_near = abs(image.u.value) + image.u.error < 1e15 and abs(image.v.value) + image.v.error < 1e15
-    if not (is_near and abs(image.z.value) + image.z.error < np.inf):  # nor for NaN
+    if not (is_near and abs(image.z.value) + image.z.error < UNKNOWN):
         return Box(0.0, 1.0, False, 0, 1, 0, 0)
     must = image.must and u_low >= 0.0 and u_high < width and v_low >= 0.0 and v_high < height
     i0, i1 = np.int64(max(u_low, 0.0)), np.int64(min(u_high, width - 1.0))
@@ -107,20 +112,13 @@ def texel_of(box, k):
 
 
 @kernel(inline=True)
-def surface_of(seen, j, i):
-    """Cast z of a texel's surface; +infinity for none."""
-    low, high = seen.low[j, i], seen.high[j, i]
-    return Pair(0.5 * (low + high), 0.5 * (high - low) if low < np.inf else 0.0)
-
-
-@kernel(inline=True)
 def look(seen, place, by):
     """The image point of a place, the cast z that surfaces there are compared with, and the texels it may lie in."""
-    image = image_of(Projection(seen.kind, seen.numbers), place, by)
+    image = widen(project(seen.kind, seen.numbers, place), by)
     depth = image.z
     if seen.kind == MATRIX:
-        depth = row_of(seen.axis, 0, place, by.operation)
-        depth = Pair(depth.value, depth.error * SAFETY)
+        depth = row_of_spot(seen.axis, 0, place)
+        depth = Ball(depth.value, depth.error * SAFETY, depth)
     return image, depth, box_of(seen, image)
 
 
@@ -138,13 +136,13 @@ def write_depths(begin, stop, seen, kind, background, by, low, high):
             if not depth < np.inf:
                 low[j, i], high[j, i] = background, background
             elif kind == POSITIONS or (kind == CAST and seen.kind == MATRIX):
-                place = at_point(texel_point(seen, j, i, by))
+                place = point_spot(texel_point(seen, j, i, by))
                 image, z, _ = look(seen, place, by)
                 z = image.z if kind == POSITIONS else z
                 low[j, i] = z.value - z.error if kind == CAST or image.may else np.inf
                 high[j, i] = z.value + z.error if kind == CAST or image.must else np.inf
             windows = kind != CAST and seen.kind == MATRIX and depth < np.inf and high[j, i] < np.inf
-            if windows and not linear_room(seen.numbers, exact(high[j, i]), by) < np.inf:
+            if windows and not linear_room(seen.numbers, exact(high[j, i], by), by) < np.inf:
                 low[j, i], high[j, i] = -np.inf, np.inf  # its distance may be any number
             if abs(depth) < 2.0**-126:  # may be flushed to zero
                 low[j, i], high[j, i] = min(low[j, i], 0.0), max(high[j, i], 0.0)

@@ -6,14 +6,13 @@ the box touches, or none; the sample's term lies between the least and the large
 
 import numpy as np
 
-from lfssao.core.balls import SAFETY
+from lfssao.core.balls import SAFETY, UNKNOWN
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import number
 from lfssao.core.places import row_of_spot
 from lfssao.optics.kernels.projection import image_of
 from lfssao.verify.bounds.kernels.ball_view import answering
-from lfssao.verify.bounds.kernels.pairs import Pair
-from lfssao.verify.bounds.kernels.projection_bounds import Projected
+from lfssao.verify.bounds.kernels.images import Projected, widen
 from lfssao.verify.bounds.kernels.seen import box_of, texel_of
 
 _OPEN = 2.0**-10  # a term whose interval is wider than this part of it counts as undecided
@@ -25,9 +24,7 @@ def look(view, seen, place, z):
     m = view.rows
     a, b, q = row_of_spot(m, 0, place), row_of_spot(m, 1, place), row_of_spot(m, 2, place)
     u, v, valid = image_of(view.kind, view.lens, a, b, q, z)
-    across = Pair(u.value, u.error * SAFETY + view.by.coordinate)
-    down = Pair(v.value, v.error * SAFETY + view.by.coordinate)
-    return box_of(seen, Projected(across, down, Pair(0.0, 0.0), valid.may, valid.must))
+    return box_of(seen, widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by))
 
 
 @kernel
@@ -47,7 +44,7 @@ def _bound_texel(view, seen, estimator, most_term, texel):
             if view.shows(other):
                 term = estimator.term(view, here, z, texel, other)
             error = term.error * SAFETY
-            if error < np.inf:
+            if error < UNKNOWN:
                 least, most = min(least, max(term.value - error, 0.0)), max(most, term.value + error)
             else:
                 least, most = 0.0, most_term

@@ -1,0 +1,150 @@
+"""A view on pairs: the texels that a place may be looked up in, and the depths of their surfaces.
+
+The image point of a place is a box [u - e_u, u + e_u] x [v - e_v, v + e_v]. A renderer reads one of the texels that the
+box touches, or none. A sample's term lies between the least and the largest that these give.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lfssao.core.jit import kernel
+from lfssao.optics.kernels.projection import MATRIX, Projection
+from lfssao.verify.bounds.kernels.pairs import SAFETY, Pair, div, exact, triple
+from lfssao.verify.bounds.kernels.projection_bounds import at_point, image_of, linear_room, row_of, rows_of
+
+# A box of more texels than this is open without looking at them: it takes a mapping next to its singularity.
+_MOST_TEXELS = 4096
+
+IMAGE, POSITIONS, CAST = 0, 1, 2  # depths that places are compared with
+NOTHING = np.empty((0, 0, 3), np.float32)
+
+
+class Seen(NamedTuple):
+    """A view and its textures, which are empty where they are not read; numbers are float32 ones, held as float64."""
+
+    depth: Any  # (H, W) float32: image z
+    positions: Any  # (H, W, 3) float32, world coordinates; empty where Algorithm 1 makes them from depth
+    turns: Any  # (2, H, W) float32: cosine and sine by which each texel's samples are turned
+    back: Any  # (16,): ``screen_to_world``
+    kind: int  # the mapping's, apart from its numbers, as parallel kernels take no tuples of tuples
+    numbers: Any  # (16,) or (44,)
+    radius: float  # world units
+    normals: Any = NOTHING  # (H, W, 3) float32
+    directions: Any = NOTHING  # (H, W, 3) float32: viewing directions
+    axis: Any = np.zeros(4)  # the last row of ``cast_from_world``
+    right: Any = np.zeros(3)  # the view's rightward direction
+    low: Any = np.empty((0, 0))  # (H, W) float64: least and largest depth of each surface, by ``write_depths``
+    high: Any = np.empty((0, 0))
+    room: float = 0.0  # relative error of depth, where renderers may make image z of another
+
+
+class Box(NamedTuple):
+    """The texels that an image point may lie in: ``texels`` of them, ``span`` a row, from column i0 and row j0 on.
+
+    A term of at most 1 is at least ``least`` and at most ``most`` before these texels are looked at: 0 and 0 where the
+    point may lie in none, 1 and 0 else, 0 and 1 where there are too many. ``sure``: in one texel, or in none, for sure.
+    """
+
+    least: float
+    most: float
+    sure: bool
+    texels: int
+    span: int
+    i0: int
+    j0: int
+
+
+@kernel(inline=True)
+def turn_of(seen, j, i):
+    """Cosine and sine of a texel."""
+    if seen.turns.shape[1] == 0:
+        return 1.0, 0.0
+    return np.float64(seen.turns[0, j, i]), np.float64(seen.turns[1, j, i])
+
+
+@kernel(inline=True)
+def depth_of(seen, j, i):
+    """A texel's depth."""
+    depth = np.float64(seen.depth[j, i])
+    return Pair(depth, seen.room * abs(depth) if seen.room > 0.0 else 0.0)  # it may be -infinity
+
+
+@kernel(inline=True)
+def texel_point(seen, j, i, by):
+    """World coordinates of a texel's surface as pairs: given, or made as in Algorithm 1, line 3."""
+    if seen.back.shape[0] == 0:
+        return triple(seen.positions[j, i])
+    place = at_point((exact(i + 0.5), exact(j + 0.5), depth_of(seen, j, i)))
+    a, b, c, w = rows_of(Projection(MATRIX, seen.back), place, by.operation)
+    return div(a, w, by), div(b, w, by), div(c, w, by)
+
+
+@kernel(inline=True)
+def box_of(seen, image):
+    """The texels that an image point may lie in."""
+    height, width = seen.depth.shape
+    u_low, u_high = image.u.value - image.u.error, image.u.value + image.u.error
+    v_low, v_high = image.v.value - image.v.error, image.v.value + image.v.error
+    if not image.may or u_high < 0.0 or u_low >= width or v_high < 0.0 or v_low >= height:
+        return Box(0.0, 0.0, True, 0, 1, 0, 0)
+    is_near = abs(image.u.value) + image.u.error < 1e15 and abs(image.v.value) + image.v.error < 1e15
+    if not (is_near and abs(image.z.value) + image.z.error < np.inf):  # nor for NaN
+        return Box(0.0, 1.0, False, 0, 1, 0, 0)
+    must = image.must and u_low >= 0.0 and u_high < width and v_low >= 0.0 and v_high < height
+    i0, i1 = np.int64(max(u_low, 0.0)), np.int64(min(u_high, width - 1.0))
+    j0, j1 = np.int64(max(v_low, 0.0)), np.int64(min(v_high, height - 1.0))
+    count = (i1 - i0 + 1) * (j1 - j0 + 1)
+    if count > _MOST_TEXELS:
+        return Box(0.0, 1.0, False, 0, 1, 0, 0)
+    return Box(1.0 if must else 0.0, 0.0, must and count == 1, count, i1 - i0 + 1, i0, j0)
+
+
+@kernel(inline=True)
+def texel_of(box, k):
+    """Row and column of texel k of a box."""
+    return box.j0 + k // box.span, box.i0 + k % box.span
+
+
+@kernel(inline=True)
+def surface_of(seen, j, i):
+    """Cast z of a texel's surface; +infinity for none."""
+    low, high = seen.low[j, i], seen.high[j, i]
+    return Pair(0.5 * (low + high), 0.5 * (high - low) if low < np.inf else 0.0)
+
+
+@kernel(inline=True)
+def look(seen, place, by):
+    """The image point of a place, the cast z that surfaces there are compared with, and the texels it may lie in."""
+    image = image_of(Projection(seen.kind, seen.numbers), place, by)
+    depth = image.z
+    if seen.kind == MATRIX:
+        depth = row_of(seen.axis, 0, place, by.operation)
+        depth = Pair(depth.value, depth.error * SAFETY)
+    return image, depth, box_of(seen, image)
+
+
+@kernel(rows="seen.depth")
+def write_depths(begin, stop, seen, kind, background, by, low, high):
+    """Write the least and largest depth that a texel's surface may be compared with, (H, W) float64.
+
+    That is the depth texture (IMAGE), the image z of the texel's position (POSITIONS), or its cast z (CAST), which
+    differs from the depth of a camera alone. ``background`` stands where there is no surface.
+    """
+    for j in range(begin, stop):
+        for i in range(seen.depth.shape[1]):
+            depth, off = depth_of(seen, j, i)
+            low[j, i], high[j, i] = depth - off, depth + off
+            if not depth < np.inf:
+                low[j, i], high[j, i] = background, background
+            elif kind == POSITIONS or (kind == CAST and seen.kind == MATRIX):
+                place = at_point(texel_point(seen, j, i, by))
+                image, z, _ = look(seen, place, by)
+                z = image.z if kind == POSITIONS else z
+                low[j, i] = z.value - z.error if kind == CAST or image.may else np.inf
+                high[j, i] = z.value + z.error if kind == CAST or image.must else np.inf
+            windows = kind != CAST and seen.kind == MATRIX and depth < np.inf and high[j, i] < np.inf
+            if windows and not linear_room(seen.numbers, exact(high[j, i]), by) < np.inf:
+                low[j, i], high[j, i] = -np.inf, np.inf  # its distance may be any number
+            if abs(depth) < 2.0**-126:  # may be flushed to zero
+                low[j, i], high[j, i] = min(low[j, i], 0.0), max(high[j, i], 0.0)

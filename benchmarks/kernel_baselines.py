@@ -23,29 +23,26 @@ def _size(a: Any) -> list[int]:
     return [a.shape[1], a.shape[0]]
 
 
+def _seen(view: Any, radius: Any, occlusion: Any) -> list[Any]:
+    """A view of formulas as ``_scene`` has it, and its rightward direction; the second axis is not read."""
+    textures = [view.depth, view.positions, view.directions, view.normals]
+    return [*_size(occlusion), *textures, view.rows, view.lens, view.axes, radius]
+
+
 def _scene(view: Any, radius: Any, occlusion: Any) -> list[Any]:
     return [*_size(occlusion), *view[:4], view.rows, view.lens, view.right, radius]
 
 
 def _points(a: Sequence[Any]) -> list[Any]:
-    view, ball, _, radius, thickness, occlusion, _ = a
-    scene = _scene(view._replace(right=view.rows), radius, occlusion)  # points have no use for the rightward direction
-    return [
-        *scene,
-        ball.mirrors,
-        len(ball.offsets),
-        ball.offsets,
-        ball.weights,
-        int(ball.tangent),
-        thickness,
-        occlusion,
-    ]
+    view, ball, occlusion, _ = a
+    samples = [ball.mirrors, len(ball.points), ball.points, ball.weights, int(ball.tangent)]
+    return [*_seen(view, ball.radius, occlusion), *samples, ball.thick, occlusion]
 
 
 def _lines(a: Sequence[Any]) -> list[Any]:
-    view, disk, _, radius, thickness, occlusion, _ = a
-    samples = [disk.mirrors, len(disk.places), *disk[:3], int(disk.tangent)]
-    return [*_scene(view, radius, occlusion), *samples, thickness, occlusion]
+    view, disk, occlusion, _ = a
+    samples = [disk.mirrors, len(disk.points), disk.points, disk.half, disk.weights, int(disk.tangent)]
+    return [*_seen(view, disk.radius, occlusion), *samples, disk.thickness, occlusion]
 
 
 def _horizons(a: Sequence[Any]) -> list[Any]:
@@ -117,12 +114,12 @@ BASELINES = (
              lambda a: [*_size(a[0]), *a[:3], a[4], int(a[3][0] == 0), a[5]], (5,)),
     Baseline(ESTIMATORS + "sao.estimator.scalable.occlusion_of", "occlusion of A", "occlusion_of",
              lambda a: [*_size(a[0]), a[0], a[1], a[3]], (3,)),
-    Baseline(ESTIMATORS + "vo.estimator.point_occlusion", "VO points", "vo_points", _points, (5,)),
-    Baseline(ESTIMATORS + "vo.estimator.line_occlusion", "VO lines", "vo_lines", _lines, (5,)),
-    Baseline(ESTIMATORS + "vo.estimator.area_occlusion", "VO area", "vo_area", _area, (7,)),
-    Baseline(ESTIMATORS + "vo.estimator.kernels.write_base", "pyramid of moments", "moments_base",
+    Baseline(ESTIMATORS + "vo.volume.sum_samples", "VO points", "vo_points", _points, (2,), "Points"),
+    Baseline(ESTIMATORS + "vo.volume.sum_samples", "VO lines", "vo_lines", _lines, (2,), "Lines"),
+    Baseline(ESTIMATORS + "vo.area.area_occlusion", "VO area", "vo_area", _area, (7,)),
+    Baseline(ESTIMATORS + "vo.area.kernels.write_base", "pyramid of moments", "moments_base",
              lambda a: [*_size(a[0]), *a], (1,)),
-    Baseline(ESTIMATORS + "vo.estimator.kernels.write_half", "pyramid of moments", "moments_half",
+    Baseline(ESTIMATORS + "vo.area.kernels.write_half", "pyramid of moments", "moments_half",
              lambda a: [a[2], a[3], a[0], a[1], a[4], float(a[5]), float(a[6])], (0,)),
     Baseline(ESTIMATORS + "horizon.horizon_occlusion", "horizons", "hbao", _horizons, (4,)),
     Baseline(KERNELS + "point.occluded_fraction", "points with options", "share_behind", _fraction, (6,)),

@@ -53,7 +53,7 @@ void vo_points(ARRAYS, const float *mirrors, int n, const float *ball, const flo
             const float pu = linear_row(rows, 0, p[0], p[1], p[2]) + rows[3];
             const float pv = linear_row(rows, 1, p[0], p[1], p[2]) + rows[7];
             const float pz = linear_row(rows, 3, p[0], p[1], p[2]) + rows[15];
-            const float reach = thickness < INFINITY ? (thickness * radius) * linear_row(rows, 3, w[0], w[1], w[2]) : thickness;
+            const float reach = thickness < INFINITY ? thickness * linear_row(rows, 3, w[0], w[1], w[2]) : thickness;
             float across = 0, lu = 0, lv = 0, lz = 0;
             if (tangent) {
                 across = (rx * up[0] + ry * up[1]) + rz * up[2];

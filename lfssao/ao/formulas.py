@@ -46,6 +46,12 @@ class Seen(Protocol):
     def shows(self, texel: Any) -> Any:
         """Whether the texel shows a surface."""
 
+    def row(self, texel: Any) -> Any:
+        """The texel's row, a whole number."""
+
+    def column(self, texel: Any) -> Any:
+        """The texel's column, a whole number."""
+
     def rightward(self) -> Any:
         """The view's rightward direction in world space."""
 
@@ -61,6 +67,9 @@ class Seen(Protocol):
     def depth_at(self, place: Any) -> Any:
         """Cast z of a place."""
 
+    def depth_along(self, direction: Any) -> Any:
+        """By how much a direction changes cast z."""
+
     def ball(self, value: Any, error: Any) -> Any:
         """The ball of a value and an error; views of balls have it alone."""
 
@@ -73,11 +82,15 @@ class Summed(Protocol):
     def start(self, view: Any, texel: Any) -> Any:
         """Numbers, vectors and images that are made once a texel, a tuple."""
 
+    def counts(self, view: Any, here: Any) -> Any:
+        """Whether the texel has samples: not written, it has. Else its occlusion is 0, and no sample is outside."""
+        return True
+
     def place(self, view: Any, here: Any, s: Any) -> Any:
         """The image of sample s of a texel; here: the texel's ``start``."""
 
-    def term(self, view: Any, here: Any, z: Any, texel: Any, seen: Any) -> Any:
-        """The term of a sample at cast z whose image lies in a texel that shows a surface, ``seen``."""
+    def term(self, view: Any, here: Any, s: Any, z: Any, texel: Any, seen: Any) -> Any:
+        """The term of sample s at cast z whose image lies in a texel that shows a surface, ``seen``."""
 
     def background(self) -> Any:
         """The term of a sample whose image lies in a texel that shows no surface, a plain number."""
@@ -89,7 +102,7 @@ class Summed(Protocol):
 for _protocol in (Seen, Summed):
     for _name, _function in vars(_protocol).items():
         if callable(_function) and not _name.startswith("_"):
-            method(_function)
+            method(_function, _function if _name == "counts" else None)
 
 
 def cast_depth(buffers: Buffers) -> Texture:
@@ -115,22 +128,24 @@ def words_of(formulas: Any) -> set[str]:
 def float_view(buffers: Buffers, words: Container[str]) -> FloatView:
     """Return a view's textures and mapping as formulas read them, in the textures' dtype.
 
-    Textures that no word reads are None: formulas that read them do not compile. The rows are those of u, v, the
-    divisor and cast z; a display's mapping has no divisor's row: 0.
+    Textures that no word reads are None: formulas that read them do not compile. Normals are the positions where there
+    are none. The rows are those of u, v, the divisor and cast z; a display's mapping has no divisor's row: 0.
     """
     view, dtype, mapping = buffers.view, buffers.depth.dtype, buffers.view.world_to_image
     divisor = mapping.numbers[12:16] if mapping.kind == MATRIX else np.zeros(4)
+    positions = np.ascontiguousarray(buffers.positions)
     return FloatView(
         depth=np.ascontiguousarray(buffers.depth).ravel(),
         surfaces=cast_depth(buffers).ravel() if "surface" in words else None,
-        positions=np.ascontiguousarray(buffers.positions).ravel(),
-        normals=None if buffers.normals is None else np.ascontiguousarray(buffers.normals).ravel(),
+        positions=positions.ravel(),
+        normals=(positions if buffers.normals is None else np.ascontiguousarray(buffers.normals)).ravel(),
         directions=buffers.directions.ravel() if "direction" in words else None,
         turns=turns_of(buffers),
         kind=mapping.kind,
         rows=np.concatenate([mapping.numbers[:8], divisor, view.cast_from_world[2]]).astype(dtype),
         lens=np.ascontiguousarray(mapping.numbers[12:], dtype),
         axes=np.ascontiguousarray(view.world_from_cast[:, :2].T, dtype).ravel(),
+        width=buffers.depth.shape[1],
     )
 
 

@@ -101,6 +101,18 @@ DoubtType = struct(Doubt, "may", "must")
 _doubt = DoubtType(types.boolean, types.boolean)
 
 
+def doubt_of(condition):
+    """Return a condition, in doubt or not, as one in doubt."""
+    return Doubt(condition, condition)
+
+
+@overload(doubt_of, jit_options=INLINED)
+def _doubt_of(condition):
+    if condition == _doubt:
+        return lambda condition: condition
+    return (lambda condition: Doubt(condition, condition)) if isinstance(condition, types.Boolean) else None
+
+
 @formula
 def ball_between(low, high, like):
     """All numbers between two floats."""

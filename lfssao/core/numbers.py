@@ -36,11 +36,14 @@ INLINED = {"forceinline": True, "error_model": "numpy"}  # the flags of ``jit.FL
 formula = register_jitable(**INLINED)  # compiled code calls the function, which LLVM puts into it; Python calls it, too
 
 
-def method(function: Any) -> None:
-    """Let compiled code call the methods of this name, and with these parameters, of any NamedTuple."""
+def method(function: Any, missing: Any = None) -> None:
+    """Let compiled code call the methods of this name, and with these parameters, of any NamedTuple.
+
+    missing: the method of a tuple that has none.
+    """
 
     def typed(self, *_arguments):
-        found = getattr(self.instance_class, function.__name__, None)
+        found = getattr(self.instance_class, function.__name__, missing)
         return _bare(found) if found else None
 
     typed.__signature__ = inspect.signature(_bare(function))  # type: ignore[attr-defined]

@@ -24,6 +24,9 @@ class Rows:
     def __add__(self, other):
         return Rows(self.u + other.u, self.v + other.v, self.q + other.q, self.z + other.z)
 
+    def __sub__(self, other):
+        return Rows(self.u - other.u, self.v - other.v, self.q - other.q, self.z - other.z)
+
     def __rmul__(self, factor):
         return Rows(factor * self.u, factor * self.v, factor * self.q, factor * self.z)
 
@@ -50,21 +53,22 @@ def affine_rows(m, point):
     return Rows(a.u + m[3], a.v + m[7], a.q + m[11], a.z + m[15])
 
 
-def Spot(point, offset, sizes, sums, products):  # noqa: N802 - it reads as a type
+def Spot(point, offset, sizes, points, later, sums, products):  # noqa: N802 - it reads as a type
     """A point and an offset, balls; sizes of the offset's terms; how often one of them is added, and multiplied.
 
     The offset's own errors are those of its terms; their roundings are counted by ``row_of_spot``, which has the sizes.
+    points: 1 if there is a point, else 0. later: how often something was added to it.
     """
 
 
-SpotType = struct(Spot, "point", "offset", "sizes", "sums", "products")
+SpotType = struct(Spot, "point", "offset", "sizes", "points", "later", "sums", "products")
 
 
 @formula
 def point_spot(p):
     """The place of a point, a vector of balls."""
     nothing = Ball(0.0, 0.0, p.x)
-    return Spot(p, Vector(nothing, nothing, nothing), (0.0, 0.0, 0.0), 0.0, 0.0)
+    return Spot(p, Vector(nothing, nothing, nothing), (0.0, 0.0, 0.0), 1.0, 0.0, 0.0, 0.0)
 
 
 @formula
@@ -72,7 +76,7 @@ def offset_spot(o):
     """An offset, a vector of balls, to be added to a place."""
     nothing = Ball(0.0, 0.0, o.x)
     sizes = abs(o.x.value) + o.x.error, abs(o.y.value) + o.y.error, abs(o.z.value) + o.z.error
-    return Spot(Vector(nothing, nothing, nothing), o, sizes, 0.0, 0.0)
+    return Spot(Vector(nothing, nothing, nothing), o, sizes, 0.0, 0.0, 0.0, 0.0)
 
 
 @formula
@@ -83,29 +87,39 @@ def _product(k, x):
 
 
 @formula
-def _sum(a, b):
-    """A sum that is not rounded."""
+def _sum(a, sign, b):
+    """A sum or a difference that is not rounded."""
     return Vector(
-        Ball(a.x.value + b.x.value, a.x.error + b.x.error, a.x),
-        Ball(a.y.value + b.y.value, a.y.error + b.y.error, a.x),
-        Ball(a.z.value + b.z.value, a.z.error + b.z.error, a.x),
+        Ball(a.x.value + sign * b.x.value, a.x.error + b.x.error, a.x),
+        Ball(a.y.value + sign * b.y.value, a.y.error + b.y.error, a.x),
+        Ball(a.z.value + sign * b.z.value, a.z.error + b.z.error, a.x),
     )
+
+
+@formula
+def _sum_of_spots(a, sign, b):
+    """A place or an offset and another, added or subtracted."""
+    (x, y, z), (u, v, w) = a.sizes, b.sizes
+    points, later = a.points + b.points, a.later + b.later
+    point, offset = _sum(a.point, sign, b.point), _sum(a.offset, sign, b.offset)
+    sums, products = a.sums + b.sums + 1.0, max(a.products, b.products)
+    return Spot(point, offset, (x + u, y + v, z + w), points, later + points, sums, products)
 
 
 @overload(operator.add, jit_options=INLINED)
 def _add(a, b):
     if isinstance(a, RowsType) and isinstance(b, RowsType):
         return lambda a, b: Rows(a.u + b.u, a.v + b.v, a.q + b.q, a.z + b.z)
-    if not (isinstance(a, SpotType) and isinstance(b, SpotType)):
-        return None
+    both = isinstance(a, SpotType) and isinstance(b, SpotType)
+    return (lambda a, b: _sum_of_spots(a, 1.0, b)) if both else None
 
-    def add(a, b):
-        (x, y, z), (u, v, w) = a.sizes, b.sizes
-        products = max(a.products, b.products)
-        point, offset = _sum(a.point, b.point), _sum(a.offset, b.offset)
-        return Spot(point, offset, (x + u, y + v, z + w), a.sums + b.sums + 1.0, products)
 
-    return add
+@overload(operator.sub, jit_options=INLINED)
+def _subtract(a, b):
+    if isinstance(a, RowsType) and isinstance(b, RowsType):
+        return lambda a, b: Rows(a.u - b.u, a.v - b.v, a.q - b.q, a.z - b.z)
+    both = isinstance(a, SpotType) and isinstance(b, SpotType)
+    return (lambda a, b: _sum_of_spots(a, -1.0, b)) if both else None
 
 
 @overload(operator.mul, jit_options=INLINED)
@@ -120,7 +134,7 @@ def _scale(a, b):
     def scale(a, b):
         o, (x, y, z), k = b.offset, b.sizes, abs(a.value) + a.error
         moved = Vector(_product(a, o.x), _product(a, o.y), _product(a, o.z))
-        return Spot(b.point, moved, (k * x, k * y, k * z), b.sums, b.products + 1.0)
+        return Spot(b.point, moved, (k * x, k * y, k * z), b.points, b.later, b.sums, b.products + 1.0)
 
     return scale
 
@@ -131,14 +145,14 @@ def row_of_spot(m, row, spot):
 
     The row has n coefficients and a constant or none, c = 1 or 0. Applied to the point and to the offset, in any order,
     or to their sum, it rounds each of its terms once as a product and 2 n + c - 1 times on its way through the sums at
-    most. An offset of several vectors adds one sum for each more that is added, and each of its terms one rounding for
-    each factor before. So a term t is off by T r (1 + T r) abs(t), of T roundings, if T r < 2^-10.
+    most. Each vector more that is added to the point or to an offset adds one sum, and each factor of an offset before
+    one rounding. So a term t is off by T r (1 + T r) abs(t), of T roundings, if T r < 2^-10.
     """
     k = 4 * row
     p, o, r, (size_x, size_y, size_z) = spot.point, spot.offset, spot.point.x.operation, spot.sizes
-    terms, own, flushed = max(spot.sums - 1.0, 0.0), 0.0, 4.0  # flushed may be operands, products and the sums
+    own, flushed = 0.0, 4.0  # flushed may be operands, products and the sums
     size, moved, value = abs(m[k + 3]), 0.0, 0.0
-    terms += 1.0 if m[k + 3] != 0.0 else 0.0
+    terms = 1.0 if m[k + 3] != 0.0 else 0.0
     for c, x, y, s in ((0, p.x, o.x, size_x), (1, p.y, o.y, size_y), (2, p.z, o.z, size_z)):
         a = abs(m[k + c])
         terms += 2.0 if a != 0.0 else 0.0
@@ -147,7 +161,8 @@ def row_of_spot(m, row, spot):
         own += a * (x.error + y.error)
         flushed += 8.0 * a
         value += m[k + c] * (x.value + y.value)
-    more = terms + spot.products
+    more = terms + max(spot.sums - 1.0, 0.0) + spot.products
+    terms += max(spot.later - 1.0, 0.0)
     rounded = terms * (1.0 + terms * r) * r * size + more * (1.0 + more * r) * r * moved
     return Ball(value + m[k + 3], min(rounded + own + FLUSHED * flushed, UNKNOWN), p.x)
 
@@ -158,4 +173,4 @@ def mirrored(offset, side):
     o = offset.offset
     moved = Vector(Ball(side * o.x.value, o.x.error, o.x), Ball(side * o.y.value, o.y.error, o.x),
                    Ball(side * o.z.value, o.z.error, o.x))  # fmt: skip
-    return Spot(offset.point, moved, offset.sizes, offset.sums, offset.products)
+    return Spot(offset.point, moved, offset.sizes, offset.points, offset.later, offset.sums, offset.products)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from reference import textbook
 
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate
-from lfssao.ao.estimators.vo.estimator import moment_pyramid
+from lfssao.ao.estimators.vo.area import moment_pyramid
 from lfssao.ao.post import blur
 from lfssao.ao.ssao import algorithm2
 from lfssao.bench.stability import conditions, measure, scalar_cases

@@ -81,7 +81,7 @@ class Alchemy(NamedTuple):
         x, y = self.points[s, 0], self.points[s, 1]
         return p + ((x * cosine - y * sine) * e + (x * sine + y * cosine) * f)
 
-    def term(self, view: Any, here: Any, z: Any, texel: Any, seen: Any) -> Any:
+    def term(self, view: Any, here: Any, s: Any, z: Any, texel: Any, seen: Any) -> Any:
         """max(0, v . n + z_C beta) / (v . v + epsilon); 0 where it is no number, and too far away to occlude."""
         c, n, less, _, _ = here
         v = view.position(seen) - c

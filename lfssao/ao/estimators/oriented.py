@@ -85,7 +85,7 @@ class Hemisphere(NamedTuple):
         _, p, t, b, n = here
         return p + self.points[s, 0] * t + self.points[s, 1] * b + self.points[s, 2] * n
 
-    def term(self, view: Any, here: Any, z: Any, texel: Any, seen: Any) -> Any:
+    def term(self, view: Any, here: Any, s: Any, z: Any, texel: Any, seen: Any) -> Any:
         """The weight of what is hidden, by the range check."""
         z_q, weight = view.surface(seen), number(1, z)
         d, reach, bias = abs(here[0] - z_q), rounded(self.reach, 4, z), rounded(self.bias, 8, z)

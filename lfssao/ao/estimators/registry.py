@@ -20,7 +20,9 @@ _FAMILIES: dict[str, tuple[str, ...]] = {
     "alchemy": ("alchemy",),
     "sao.estimator": ("sao", "sao-equation-1"),
     "multiresolution": ("multiresolution",),
-    "vo.estimator": ("vo-points", "vo-points-normal", "vo-lines", "vo-lines-normal", "vo-area", "vo-area-normal"),
+    "vo.points": ("vo-points", "vo-points-normal"),
+    "vo.lines": ("vo-lines", "vo-lines-normal"),
+    "vo.area": ("vo-area", "vo-area-normal"),
     "horizon": ("hbao",),
     "oriented": ("oriented-hemisphere",),
 }

@@ -16,25 +16,35 @@ def float_vector(texture, texel):
     return Vector(as_float(texture[t]), as_float(texture[t + np.uint64(1)]), as_float(texture[t + np.uint64(2)]))
 
 
+@formula
+def row_of_texel(texel, width):
+    """Texel // width, by a quotient of floats, as processors have no vectors of whole quotients.
+
+    A quotient that is no whole number lies at least 1 / width below the next one, further than it is rounded.
+    """
+    return np.uint32(np.int32(np.float64(np.int32(texel)) / np.float64(np.int32(width))))
+
+
 class FloatView(NamedTuple):
     """A view's textures row by row, all of one dtype, with the words of ``lfssao.ao.formulas.Seen``.
 
     depth: (H W,), image z, and surfaces, cast z, +infinity where there is no surface. positions, normals, directions:
     (3 H W,). turns: (2, H W). kind: that of the mapping. rows: (16,), four affine rows of world space, u, v, divisor
     (of MATRIX alone), cast z. lens: z_m, z_o, u_0, v_0 for CROSSED_SLITS, the module's 32 numbers for DISPLAY. axes:
-    (6,), right and up.
+    (6,), right and up. width: texels of a row.
     """
 
     depth: np.ndarray
     surfaces: np.ndarray | None
     positions: np.ndarray
-    normals: np.ndarray | None
+    normals: np.ndarray
     directions: np.ndarray | None
     turns: np.ndarray
     kind: int
     rows: np.ndarray
     lens: np.ndarray
     axes: np.ndarray
+    width: int
 
     def position(self, texel):
         return float_vector(self.positions, texel)
@@ -60,6 +70,12 @@ class FloatView(NamedTuple):
     def shows(self, texel):
         return self.depth[texel] < np.inf
 
+    def row(self, texel):
+        return row_of_texel(texel, self.width)
+
+    def column(self, texel):
+        return np.uint32(texel) - row_of_texel(texel, self.width) * np.uint32(self.width)
+
     def rightward(self):
         return float_vector(self.axes, 0)
 
@@ -74,3 +90,6 @@ class FloatView(NamedTuple):
 
     def depth_at(self, place):
         return place.z
+
+    def depth_along(self, direction):
+        return linear_rows(self.rows, direction).z

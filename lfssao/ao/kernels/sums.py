@@ -37,18 +37,14 @@ def _place_sample(kind, view, estimator, s, n, like, places, slots):
 
 
 @kernel(inline=True)
-def _add_sample(view, estimator, size, first, n, like, places, totals, missed, slots):
-    """Add the terms of a sample of n texels; size: (height, width). missed: samples without a texel, in and out."""
-    (us, vs, zs), dtype = places, view.rows.dtype.type
-    zero, right_edge, bottom_edge = dtype(0), last_below(dtype(size[1])), last_below(dtype(size[0]))
+def _finish_texels(view, estimator, first, n, like, totals, missed, slots, occlusion):
+    """Write the occlusion of n texels, flat; return how many of their samples are outside."""
+    zero, lost = occlusion.dtype.type(0), 0
     for i in range(n):
-        column, row = hold_inside(us[i], right_edge), hold_inside(vs[i], bottom_edge)
-        inside = (column == us[i]) & (row == vs[i])
-        seen = texel_number(column, row, size[1])
-        term = estimator.term(view, get(slots, i, like), as_float(zs[i]), first + i, seen)
-        made = plain(select(view.shows(seen), term, estimator.background()))
-        totals[i] += made if inside else zero
-        missed[i] += np.int32(not inside)
+        there = (view.depth[first + i] < np.inf) & estimator.counts(view, get(slots, i, like))
+        occlusion[first + i] = plain(estimator.end(as_float(totals[i]))) if there else zero
+        lost += missed[i] if there else 0
+    return lost
 
 
 @kernel(rows="occlusion")
@@ -60,8 +56,9 @@ def sum_samples(begin, stop, view, estimator, occlusion, outside):
     size, fractions, count = occlusion.shape, occlusion.reshape(-1), estimator.points.shape[0]
     width, dtype = size[1], occlusion.dtype
     slots, missed, totals = _slots(dtype), scratch(np.int32), scratch(dtype)
-    places = scratch(dtype), scratch(dtype), scratch(dtype)
+    places = us, vs, zs = scratch(dtype), scratch(dtype), scratch(dtype)
     like, zero = estimator.start(view, 0), dtype.type(0)
+    right_edge, bottom_edge = last_below(dtype.type(size[1])), last_below(dtype.type(size[0]))
     for top in range(begin, stop, _TILE):
         bottom = min(stop, top + _TILE)
         for j in range(top, bottom):
@@ -84,9 +81,14 @@ def sum_samples(begin, stop, view, estimator, occlusion, outside):
                             _place_sample(MATRIX, view, estimator, s, n, like, places, slots)
                         else:
                             _place_sample(DISPLAY, view, estimator, s, n, like, places, slots)
-                        _add_sample(view, estimator, size, first, n, like, places, totals, missed, slots)
-                    for i in range(n):
-                        there = view.depth[first + i] < np.inf
-                        fractions[first + i] = plain(estimator.end(as_float(totals[i]))) if there else zero
-                        outside[j] += missed[i] if there else 0
+                        # Here and not in a function: one that is optimised before it is inlined knows less of arrays.
+                        for i in range(n):
+                            x, y = hold_inside(us[i], right_edge), hold_inside(vs[i], bottom_edge)
+                            inside = (x == us[i]) & (y == vs[i])
+                            seen = texel_number(x, y, size[1])
+                            term = estimator.term(view, get(slots, i, like), s, as_float(zs[i]), first + i, seen)
+                            made = plain(select(view.shows(seen), term, estimator.background()))
+                            totals[i] += made if inside else zero
+                            missed[i] += np.int32(not inside)
+                    outside[j] += _finish_texels(view, estimator, first, n, like, totals, missed, slots, fractions)
                     at = first + n

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import post
-from lfssao.ao.estimators.vo.estimator import moment_pyramid
+from lfssao.ao.estimators.vo.area import moment_pyramid
 from lfssao.ao.estimators.vo.kernels.disks import depth_model
 from lfssao.ao.kernels import ssao
 from lfssao.bench.stability.inputs import lattice

@@ -1,14 +1,12 @@
 """Bounds of the estimators that count decisions about points, as Algorithms 1 and 2, or sum terms.
 
-``point``, ``hemisphere``, ``vo-points`` and ``vo-points-normal``. Each point is occluded, clear or undecided
-(``kernels.point_bounds``, ``kernels.ball_bounds``). Occlusion grows with each decision, the remap
-2 max(0, occlusion - 1/2) with the occlusion, and both ways of VO to make one of two radii with each of the two: bounds
-go through. VO's points have weights, whose sum takes the place of the count.
+``point`` and ``hemisphere``: each point is occluded, clear or undecided (``kernels.point_bounds``). Occlusion grows
+with each decision, and the remap 2 max(0, occlusion - 1/2) with the occlusion: bounds go through.
 
-``vo-lines`` and ``vo-lines-normal`` sum lengths, which jump where a look-up falls into another texel, by as much as the
-surface there differs. Each length lies between those that any texel gives where the look-up may fall
-(``kernels.disk_bounds``). So do the weights of ``oriented-hemisphere``, the terms of ``alchemy`` and ``sao`` and the
-rises of horizons of ``hbao``.
+VO by points and by lines and ``oriented-hemisphere`` sum terms, which jump where a look-up falls into another texel, by
+as much as the surface there differs. Each term lies between those that any texel gives where the look-up may fall
+(``kernels.sums``); so do the terms of ``alchemy`` and ``sao`` and the rises of horizons of ``hbao``. Both ways of VO to
+make one occlusion of two radii grow with each of the two.
 
 The other estimators sum areas, or mean levels of detail. No interval of them is known; they must have equal bits.
 """
@@ -22,15 +20,10 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.horizon import HorizonOptions, fan_of
 from lfssao.ao.estimators.registry import find_estimator
-from lfssao.ao.estimators.vo.estimator import VolumeOptions, make_disk
-from lfssao.ao.estimators.vo.kernels.points import Ball
-from lfssao.ao.estimators.vo.local_frame import ball_mirrors
 from lfssao.ao.textures import Buffers
-from lfssao.core.affine import sum_in_order
 from lfssao.core.balls import SAFETY
 from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
-from lfssao.verify.bounds.kernels import ball_bounds as ball_kernels
 from lfssao.verify.bounds.kernels import disk_bounds as disk_kernels
 from lfssao.verify.bounds.kernels.sao_bounds import LIMITLESS
 from lfssao.verify.bounds.kernels.seen import IMAGE, POSITIONS
@@ -38,7 +31,7 @@ from lfssao.verify.bounds.kernels.sums import bound_sums, end_sums
 from lfssao.verify.bounds.post import merge_bounds
 from lfssao.verify.bounds.problem import Options, Problem, Weights, ball_view, held
 from lfssao.verify.bounds.sao import growth, sao, summing_error
-from lfssao.verify.bounds.ssao import counted, fraction_bounds, sample_points, single
+from lfssao.verify.bounds.ssao import counted, fraction_bounds, sample_points
 
 
 def point_bounds(
@@ -82,12 +75,12 @@ def _remapped(fractions: Texture, model: ErrorModel, sign: int) -> Texture:
     return down_to_single(moved) if sign > 0 else up_to_single(moved)
 
 
-def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds], tangent: bool) -> Bounds:
-    """Bounds of VO by samples as ``at`` bounds them, above the tangent plane or not, of one radius or two."""
-    first, second = at(given, radius, tangent), float(given.options["second"])
+def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds]) -> Bounds:
+    """Bounds of VO, of one radius as ``at`` bounds it, or of two."""
+    first, second = at(given, radius), float(given.options["second"])
     if second == 0:
         return first
-    other = at(given, second * radius, tangent)
+    other = at(given, second * radius)
     merged = merge_bounds([first, other])
     if given.options["combine"] == "minimum":
         return merged
@@ -100,31 +93,14 @@ def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds], 
     return Bounds(up_to_single(ends[0]), down_to_single(ends[1]), merged.undecided)
 
 
-def _points_at(given: Problem, radius: float, tangent: bool) -> Bounds:
-    options, n = VolumeOptions(**given.options), len(given.points)  # type: ignore[arg-type]
-    weights = np.ones(n) if given.weights is None else np.asarray(given.weights, np.float64)
-    mirrors = ball_mirrors(options.randomize, options.seed, np.dtype(np.float32))
-    fractions = single(weights / sum_in_order(weights.tolist()))
-    ball, thickness = Ball(single(given.points), fractions, single(mirrors), tangent), options.thickness or np.inf
-    seen = given.surface(radius, thickness < np.inf)
-    return _summed(given, ball_kernels.sum_hidden, seen, ball, thickness)
-
-
-def _lines_at(given: Problem, radius: float, tangent: bool) -> Bounds:
-    options = VolumeOptions(**given.options)  # type: ignore[arg-type]
-    disk = held(make_disk(given.points, given.weights, options, tangent, np.dtype(np.float32)))
-    thickness = options.thickness / radius if options.thickness > 0 < radius else np.inf
-    return _summed(given, disk_kernels.sum_lengths, given.surface(radius), disk, thickness)
-
-
-def _formulas(given: Problem, radius: float, *, name: str, most: float = 1.0) -> Bounds:
-    """Bounds of an estimator that is written as formulas; most: the largest term of a sample."""
+def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0, jumps: bool = True) -> Bounds:
+    """Bounds of an estimator that is written as formulas; largest, jumps: as of ``bound_sums``."""
     estimator, model = find_estimator(name), given.model
     options, seen = estimator.options(**given.options), given.surface(radius)
     assert estimator.formulas is not None
     made = held(estimator.formulas(given.seen, radius, given.points, given.weights, options))
     view, sums = ball_view(given.seen, seen, model), np.zeros((3, *seen.depth.shape))
-    bound_sums(seen, view, made, most, sums)
+    bound_sums(seen, view, made, largest, jumps, sums)
     ends = sums[:2].reshape(2, -1)
     end_sums(view, made, summing_error(len(made.points), model), ends)
     lower, upper = ends.reshape(2, *seen.depth.shape)
@@ -151,11 +127,11 @@ def _summed(given: Problem, kernel: Callable[..., None], *samples: Any, terms: i
 BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "point": partial(_hidden_points, half=False),
     "hemisphere": partial(_hidden_points, half=True),
-    "vo-points": partial(_hidden_volume, at=_points_at, tangent=False),
-    "vo-points-normal": partial(_hidden_volume, at=_points_at, tangent=True),
-    "vo-lines": partial(_hidden_volume, at=_lines_at, tangent=False),
-    "vo-lines-normal": partial(_hidden_volume, at=_lines_at, tangent=True),
-    "alchemy": partial(_formulas, name="alchemy", most=LIMITLESS),
+    "vo-points": partial(_hidden_volume, at=partial(_formulas, name="vo-points")),
+    "vo-points-normal": partial(_hidden_volume, at=partial(_formulas, name="vo-points-normal")),
+    "vo-lines": partial(_hidden_volume, at=partial(_formulas, name="vo-lines", jumps=False)),
+    "vo-lines-normal": partial(_hidden_volume, at=partial(_formulas, name="vo-lines-normal", jumps=False)),
+    "alchemy": partial(_formulas, name="alchemy", largest=LIMITLESS, jumps=False),
     "oriented-hemisphere": partial(_formulas, name="oriented-hemisphere"),
     "hbao": _hbao,
     "sao": sao,

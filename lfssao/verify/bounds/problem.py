@@ -53,7 +53,7 @@ def ball_view(buffers: Buffers, seen: Seen, model: ErrorModel) -> BallView:
     """Return a view's textures and mapping as formulas of balls read them."""
     floats = held(float_view(buffers, ()))
     return BallView(
-        **{name: getattr(floats, name) for name in ("kind", "rows", "lens", "axes")},
+        **{name: getattr(floats, name) for name in ("kind", "rows", "lens", "axes", "width")},
         depth=seen.depth.ravel(),
         positions=seen.positions.ravel(),
         normals=seen.normals.ravel(),

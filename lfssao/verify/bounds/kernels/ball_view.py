@@ -4,10 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lfssao.ao.kernels.float_view import row_of_texel
 from lfssao.core.balls import Ball, ball_of
 from lfssao.core.numbers import formula
 from lfssao.core.places import offset_spot, point_spot, row_of_spot
-from lfssao.core.vectors import Vector
+from lfssao.core.vectors import Vector, dot
 
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 
@@ -37,6 +38,7 @@ class BallView(NamedTuple):
     rows: np.ndarray
     lens: np.ndarray
     axes: np.ndarray
+    width: int
     low: np.ndarray
     high: np.ndarray
     by: NamedTuple
@@ -78,6 +80,12 @@ class BallView(NamedTuple):
     def shows(self, texel):
         return self.depth[texel] < np.inf
 
+    def row(self, texel):
+        return row_of_texel(texel, self.width)
+
+    def column(self, texel):
+        return texel - row_of_texel(texel, self.width) * self.width
+
     def rightward(self):
         return _vector(self, self.axes, 0, 0.0)
 
@@ -93,11 +101,15 @@ class BallView(NamedTuple):
     def depth_at(self, place):
         return row_of_spot(self.rows, 3, place)
 
+    def depth_along(self, direction):
+        m = self.rows
+        return dot(Vector(self.ball(m[12], 0.0), self.ball(m[13], 0.0), self.ball(m[14], 0.0)), direction)
+
 
 @formula
 def answering(view, way, asked):
     """A view that answers conditions in doubt in one way."""
     return BallView(
         view.depth, view.positions, view.normals, view.directions, view.turns, view.kind, view.rows, view.lens,
-        view.axes, view.low, view.high, view.by, view.turned, way, asked,
+        view.axes, view.width, view.low, view.high, view.by, view.turned, way, asked,
     )  # fmt: skip

@@ -16,7 +16,7 @@ import numpy as np
 from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON
 from lfssao.core.jit import kernel
 from lfssao.verify.bounds.kernels import pairs
-from lfssao.verify.bounds.kernels.old_seen import box_of, look, surface_of, texel_of, texel_point, turn_of
+from lfssao.verify.bounds.kernels.old_seen import box_of, look, texel_of, turn_of
 from lfssao.verify.bounds.kernels.pairs import FLUSHED, SAFETY, Pair, add, div, dot, exact, mul, positive, times, triple
 from lfssao.verify.bounds.kernels.projection_bounds import TURNED, Place, Projected, widen
 
@@ -86,59 +86,6 @@ def plane_of(normal, way, offset, by):
     near = max(-towards.value - towards.error * SAFETY, EDGE_ON)
     far = max(-towards.value + towards.error * SAFETY, EDGE_ON)
     return div(dot(normal, offset, by), Pair(0.5 * (near + far), 0.5 * (far - near)), by)
-
-
-@kernel(inline=True)
-def tops_of(seen, disk, way, offset, half, j, i, by):
-    """The least and largest end of a line: at the tangent plane, or half the ball's extent."""
-    if not disk.tangent:
-        return half, half
-    plane = plane_of(triple(seen.normals[j, i]), way, offset, by)
-    error = plane.error * SAFETY
-    return min(plane.value - error, half), min(plane.value + error, half)
-
-
-@kernel(inline=True)
-def length_of(thickness, half, tops, d, by):
-    """The least and largest hidden length of a line where the surface is met at d; thickness: in radii."""
-    error = d.error * SAFETY
-    if not error < np.inf:
-        return 0.0, 2.0 * half
-    least, most = tops
-    if thickness < np.inf:
-        back = add(d, Pair(thickness, thickness * (2.0 * by.operation + by.quotient)), by)
-        least = min(least, back.value - back.error * SAFETY)
-        most = min(most, back.value + back.error * SAFETY)
-    least -= max(d.value + error, -half)
-    most -= max(d.value - error, -half)
-    r = 2.0 * by.operation
-    return max(least * (1.0 - r) - FLUSHED, 0.0), most * (1.0 + r) + FLUSHED if most > 0.0 else 0.0
-
-
-@kernel(rows="seen.depth")
-def sum_lengths(begin, stop, seen, disk, thickness, by, sums):
-    """Write the least and largest hidden fraction of every texel's ball, and its lines in doubt, (3, H, W)."""
-    for j in range(begin, stop):
-        for i in range(seen.depth.shape[1]):
-            way = way_of(seen, j, i)
-            deep, may, must = deep_of(seen, way, by)
-            frame, steep = frame_of(triple(seen.right), way, by), div(exact(1.0), deep, by)
-            mirror = mirror_of(disk.mirrors, j, i)
-            for s in range(disk.half.shape[0] if may and seen.depth[j, i] < np.inf else 0):
-                half, weight = disk.half[s], disk.weights[s]
-                offset = offset_of(seen, disk.places[s, 0], disk.places[s, 1], mirror, frame, j, i, 0.0, by)
-                place = place_of(texel_point(seen, j, i, by), seen.radius, offset)
-                _, z, box = look(seen, place, by)
-                least, most = 2.0 * half * box.least, 2.0 * half * box.most
-                for k in range(box.texels):
-                    surface, length = surface_of(seen, *texel_of(box, k)), (0.0, 0.0)
-                    if surface.value < np.inf:
-                        tops = tops_of(seen, disk, way, offset, half, j, i, by)
-                        length = length_of(thickness, half, tops, mul(pairs.sub(surface, z, by), steep, by), by)
-                    least, most = min(least, length[0]), max(most, length[1])
-                sums[0, j, i] += max(weight * least - FLUSHED, 0.0) if must else 0.0
-                sums[1, j, i] += weight * most + FLUSHED if most > 0.0 else 0.0
-                sums[2, j, i] += 0.0 if box.sure and must else 1.0
 
 
 @kernel(inline=True)

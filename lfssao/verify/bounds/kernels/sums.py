@@ -6,7 +6,7 @@ the box touches, or none; the sample's term lies between the least and the large
 
 import numpy as np
 
-from lfssao.core.balls import SAFETY, UNKNOWN
+from lfssao.core.balls import SAFETY, UNKNOWN, doubt_of
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import number
 from lfssao.core.places import row_of_spot
@@ -28,36 +28,40 @@ def look(view, seen, place, z):
 
 
 @kernel
-def _bound_texel(view, seen, estimator, most_term, texel):
+def _bound_texel(view, seen, estimator, largest, jumps, texel):
     """The least and the largest sum of a texel's terms, and its terms in doubt."""
     low, high, doubt = 0.0, 0.0, 0.0
     here = estimator.start(view, texel)
-    for s in range(estimator.points.shape[0]):
+    counts = doubt_of(estimator.counts(view, here))
+    for s in range(estimator.points.shape[0] if counts.may else 0):
         place = estimator.place(view, here, s)
         z = view.depth_at(place)
         box = look(view, seen, place, z)
-        least, most = most_term * box.least, most_term * box.most
+        least, most = largest * box.least, largest * box.most
         for k in range(box.texels):
             row, column = texel_of(box, k)
             other = row * seen.depth.shape[1] + column
             term = number(estimator.background(), z)
             if view.shows(other):
-                term = estimator.term(view, here, z, texel, other)
+                term = estimator.term(view, here, s, z, texel, other)
             error = term.error * SAFETY
             if error < UNKNOWN:
                 least, most = min(least, max(term.value - error, 0.0)), max(most, term.value + error)
             else:
-                least, most = 0.0, most_term
+                least, most = 0.0, largest
+        least = least if counts.must else 0.0
         low, high = low + least, high + most
-        doubt += 1.0 if most - least > _OPEN * most else 0.0
+        may_jump = jumps or not (box.sure and counts.must)
+        doubt += 1.0 if may_jump and most - least > _OPEN * most else 0.0
     return low, high, doubt
 
 
 @kernel(rows="seen.depth")
-def bound_sums(begin, stop, seen, view, estimator, most_term, sums):
+def bound_sums(begin, stop, seen, view, estimator, largest, jumps, sums):
     """Write the least and the largest sum of every texel's terms, and its terms in doubt, (3, H, W) float64.
 
-    view: ``BallView``. most_term: no term is larger, as far as is known.
+    view: ``BallView``. largest: no term is larger, as far as is known. jumps: whether a term may jump where its texel
+    is sure.
     """
     width, asked = seen.depth.shape[1], np.zeros(1)
     one, other = answering(view, 0, asked), answering(view, 1, asked)
@@ -67,9 +71,9 @@ def bound_sums(begin, stop, seen, view, estimator, most_term, sums):
             if not view.shows(texel):
                 continue
             asked[0] = 0.0
-            low, high, doubt = _bound_texel(one, seen, estimator, most_term, texel)
+            low, high, doubt = _bound_texel(one, seen, estimator, largest, jumps, texel)
             if asked[0] > 0.0:
-                least, most, more = _bound_texel(other, seen, estimator, most_term, texel)
+                least, most, more = _bound_texel(other, seen, estimator, largest, jumps, texel)
                 low, high, doubt = min(low, least), max(high, most), max(doubt, more)
             sums[0, j, i], sums[1, j, i], sums[2, j, i] = low, high, doubt
 

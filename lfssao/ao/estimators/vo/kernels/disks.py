@@ -1,7 +1,4 @@
-"""VO by lines along the viewing direction, each integrated exactly (4.1), and by the areas that they stand for (4.2).
-
-An area's depth is a distribution of depths.
-"""
+"""VO by the areas that lines along the viewing direction stand for (4.2): a distribution of depths each."""
 
 import numpy as np
 
@@ -11,62 +8,7 @@ from lfssao.ao.kernels.spans import CHUNK, slot
 from lfssao.core.elementary import PI, log2
 from lfssao.core.intrinsics import scratch
 from lfssao.core.jit import kernel
-from lfssao.optics.kernels.projection import hold_inside, last_below, texel_number
-
-
-@kernel(inline=True)
-def add_line(surface, size, disk, s, thickness, n, missed, slots):
-    """Add the hidden length of line s of n texels, times its weight; surface: flat depth, size: (height, width)."""
-    x, y, z_s, weight = disk.places[s, 0], disk.places[s, 1], disk.half[s], disk.weights[s]
-    dtype = type(thickness)
-    zero, right_edge, bottom_edge = dtype(0), last_below(dtype(size[1])), last_below(dtype(size[0]))
-    # Apart from the sums: in one loop LLVM makes no vectors, and VO table 1 takes twice as long (results.py).
-    for i in range(n):
-        u, v = slots[slot(PLACE, i)], slots[slot(PLACE + 1, i)]
-        column, row = hold_inside(u, right_edge), hold_inside(v, bottom_edge)
-        inside = (column == u) & (row == v)
-        z = surface[texel_number(column, row, size[1])]
-        d = (z - slots[slot(PLACE + 3, i)]) * slots[slot(STEEP, i)]
-        slots[slot(PLACE + 3, i)] = d if inside else dtype(np.inf)
-        missed[i] += np.int32(not inside)
-    for i in range(n):
-        d, top = slots[slot(PLACE + 3, i)], frame.line_top(x, y, z_s, i, slots)
-        length = min(top, d + thickness) - max(d, -z_s)
-        slots[slot(TOTAL, i)] += weight * length if length > zero else zero
-
-
-@kernel(rows="occlusion")
-def line_occlusion(begin, stop, seen, disk, turns, radius, thickness, occlusion, outside):
-    """Occlusion of every texel by lines through its ball (VO section 4.1, with 4.3 to 4.5).
-
-    The ball holds t from -z_s to z_s of a line at (x, y) of the unit disk, z_s = sqrt(1 - x^2 - y^2). The surface at t
-    = d hides what lies behind it, as far as its thickness T reaches; the tangent plane (4.4) cuts off what lies behind
-    itself, t > p. Hidden are
-
-        max(min(min(z_s, p), d + T) - max(-z_s, d), 0)
-
-    the complement in 2 z_s of VO's max(min(z_s, d_r) + z_s, 0), and of the sum of two such integrals with thickness.
-    Each line's length is multiplied by its weight and the products are added from the first to the last.
-
-    turns: (2, H * W), cosine and sine by which each texel's samples are turned. radius: R, world units.
-    thickness: T, in units of R, infinite where surfaces hide all that is behind them.
-    occlusion: (H, W), out. outside: (H,), out: lines of each row that have no image or lie outside the texture; they
-    are open.
-    """
-    size, fractions = occlusion.shape, occlusion.reshape(-1)
-    width = size[1]
-    slots, missed = frame.frame_slots(fractions.dtype), scratch(np.int32)
-    for j in range(begin, stop):
-        outside[j] = 0
-        for chunk in range(0, width, CHUNK):
-            first, n = frame.chunk_span(seen.depth, j * width + chunk, min(CHUNK, width - chunk), fractions)
-            frame.start_disks(seen, radius, disk.mirrors, disk.tangent, turns, j, first, n, missed, slots)
-            for s in range(disk.half.shape[0]):
-                frame.place_on_disk(n, disk.places[s, 0], disk.places[s, 1], slots)
-                frame.project(seen.kind, seen.lens, n, slots)
-                add_line(seen.depth, size, disk, s, thickness, n, missed, slots)
-            outside[j] += frame.finish_chunk(first, n, 1, missed, slots, fractions)
-
+from lfssao.optics.kernels.projection import hold_inside, last_below
 
 FAR = 2.0**100  # boxes end here, in units of R, so that no width is infinite; a thickness of 4 FAR has no end
 
@@ -197,7 +139,11 @@ def area_occlusion(begin, stop, seen, disk, pyramid, half_width, turns, radius, 
     less the finer times the rest of the level, plus the finer). With the mean mu = M1 and sigma = sqrt(max(M2 - M1^2,
     0)), both taken to the unit ball, the surface is a box of half-width ``half_width`` sigma about mu, which hides, of
     the line from -z_s to min(z_s, p), ``hidden_by_box``, less the same of the box moved back by the thickness (4.3);
-    times the fraction that sees a surface at all. Parameters are those of ``line_occlusion``, with a Pyramid.
+    times the fraction that sees a surface at all.
+
+    turns: (2, H * W), cosine and sine by which each texel's samples are turned. radius: R, world units. thickness: T,
+    in units of R, 4 FAR where surfaces hide all that is behind them. occlusion: (H, W), out. outside: (H,), out: areas
+    of each row that have no image or lie outside the texture; they are open.
     """
     size, fractions = occlusion.shape, occlusion.reshape(-1)
     width = size[1]

@@ -1,7 +1,7 @@
 """Bounds of the estimators that count decisions about points, as Algorithms 1 and 2, or sum terms.
 
-``point`` and ``hemisphere``: each point is occluded, clear or undecided (``kernels.point_bounds``). Occlusion grows
-with each decision, and the remap 2 max(0, occlusion - 1/2) with the occlusion: bounds go through.
+``point`` and ``hemisphere``: a point is occluded, clear or undecided (``kernels.point_bounds``). Occlusion grows with
+each decision, and the remap 2 max(0, occlusion - 1/2) with the occlusion: bounds go through.
 
 VO by points and by lines and ``oriented-hemisphere`` sum terms, which jump where a look-up falls into another texel, by
 as much as the surface there differs. Each term lies between those that any texel gives where the look-up may fall

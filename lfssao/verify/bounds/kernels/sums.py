@@ -51,8 +51,8 @@ def _bound_texel(view, seen, estimator, largest, jumps, texel):
                 least, most = 0.0, largest
         least = least if counts.must else 0.0
         low, high = low + least, high + most
-        may_jump = jumps or not (box.sure and counts.must)
-        doubt += 1.0 if may_jump and most - least > _OPEN * most else 0.0
+        sure = most - least <= _OPEN * most if jumps else box.sure and counts.must
+        doubt += 0.0 if sure else 1.0
     return low, high, doubt
 
 
@@ -61,7 +61,7 @@ def bound_sums(begin, stop, seen, view, estimator, largest, jumps, sums):
     """Write the least and the largest sum of every texel's terms, and its terms in doubt, (3, H, W) float64.
 
     view: ``BallView``. largest: no term is larger, as far as is known. jumps: whether a term may jump where its texel
-    is sure.
+    is sure, so that an interval's width says what is in doubt, and not the texel.
     """
     width, asked = seen.depth.shape[1], np.zeros(1)
     one, other = answering(view, 0, asked), answering(view, 1, asked)

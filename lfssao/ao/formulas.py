@@ -1,7 +1,9 @@
 """How an estimator is written: the formulas of one texel and one sample, for its bits and for intervals.
 
-An estimator is a NamedTuple of its numbers, points (n, d) among them, whose methods are its formulas (``Summed``). They
-read a view by the words of ``Seen``, and compute with the words of ``lfssao.core.numbers`` and ``lfssao.core.vectors``.
+An estimator is a NamedTuple of its numbers, points (n, d) among them, whose methods are its formulas: of samples that
+are looked up each by itself (``Summed``), or of steps along directions, each of which begins where the one before ended
+(``Folded``). They read a view by the words of ``Seen``, and compute with those of ``lfssao.core.numbers`` and
+``lfssao.core.vectors``.
 Numbers of the tuple are plain: arithmetic of two of them belongs before the tuple is made, where it is rounded once.
 """
 
@@ -12,6 +14,7 @@ import numpy as np
 
 from lfssao.ao.estimators.estimator import FloatArray, Options, turns_of
 from lfssao.ao.kernels.float_view import FloatView
+from lfssao.ao.kernels.folds import fold_steps
 from lfssao.ao.kernels.sums import sum_samples
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers, Texture
@@ -99,7 +102,39 @@ class Summed(Protocol):
         """Occlusion of a sum, with which it grows."""
 
 
-for _protocol in (Seen, Summed):
+class Folded(Protocol):
+    """The formulas of an estimator that takes steps from a texel along directions, and keeps a number on the way.
+
+    The image of step k of a direction lies k / steps of the way from the texel's centre to the image of the direction's
+    end. A step adds at least 0; one that lands where no surface is seen adds nothing and keeps the state.
+    """
+
+    points: Any
+    steps: int
+
+    def start(self, view: Any, texel: Any) -> Any:
+        """Numbers, vectors and images that are made once a texel, a tuple."""
+
+    def counts(self, view: Any, here: Any) -> Any:
+        """Whether a texel has samples; else its occlusion is 0. here: the texel's ``start``."""
+
+    def place(self, view: Any, here: Any, s: Any) -> Any:
+        """The image of the end of direction s."""
+
+    def begin(self, view: Any, here: Any, s: Any) -> Any:
+        """The state before the first step of direction s, a number."""
+
+    def step(self, view: Any, here: Any, state: Any, texel: Any, seen: Any) -> Any:
+        """What a step of a texel adds and the state after it, by the surface of the texel where it lands, ``seen``.
+
+        Of floats it may have none, and lies at infinity.
+        """
+
+    def end(self, total: Any) -> Any:
+        """Occlusion of a sum, with which it grows."""
+
+
+for _protocol in (Seen, Summed, Folded):
     for _name, _function in vars(_protocol).items():
         if callable(_function) and not _name.startswith("_"):
             method(_function, _function if _name == "counts" else None)
@@ -160,3 +195,16 @@ def sum_formulas(
     """Return occlusion of a view by the formulas of an estimator, ``Estimator.run`` of it."""
     numbers = formulas(buffers, radius, points, weights, options)
     return run_kernel(sum_samples, buffers.depth, float_view(buffers, words_of(numbers)), numbers)
+
+
+def fold_formulas(
+    formulas: Callable[..., Any],
+    buffers: Buffers,
+    radius: float,
+    points: FloatArray | None,
+    weights: FloatArray | None,
+    options: Options,
+) -> Occlusion:
+    """Return occlusion of a view by the formulas of an estimator that takes steps, ``Estimator.run`` of it."""
+    numbers = formulas(buffers, radius, points, weights, options)
+    return run_kernel(fold_steps, buffers.depth, float_view(buffers, words_of(numbers)), numbers)

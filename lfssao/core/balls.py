@@ -27,6 +27,8 @@ from lfssao.core.numbers import (
     is_plain,
     known,
     larger,
+    least,
+    most,
     number,
     power,
     rounded,
@@ -35,6 +37,7 @@ from lfssao.core.numbers import (
     smoothstep,
     struct,
     twice,
+    within,
 )
 
 FLUSHED = 2.0**-124  # four flushed numbers: an operation's operands and its result, and one to spare
@@ -314,12 +317,46 @@ def _known(x, value):
 def _rounded(x, times, like, quotients=0):
     if like != ball:
         return None
+    if x == ball:
+        return _rounded_ball
 
     def computed(x, times, like, quotients=0):
         off = times * like.operation + quotients * like.quotient
         return Ball(np.float64(x), off * (1.0 + off) * abs(x) + FLUSHED, like)
 
     return computed
+
+
+def _rounded_ball(x, times, like, quotients=0):
+    """By (1 + r)^n - 1 < n r (1 + n r) of themselves more."""
+    r = times * x.operation + quotients * x.quotient
+    return Ball(x.value, x.error + r * (1.0 + r) * (abs(x.value) + x.error) + (times + quotients) * FLUSHED, x)
+
+
+@_rule(least)
+def _least(x):
+    """Exact, where it is finite."""
+    return Ball(x.value - x.error * SAFETY, 0.0, x) if x.error < np.inf else x
+
+
+@_rule(most)
+def _most(x):
+    """Exact, where it is finite."""
+    return Ball(x.value + x.error * SAFETY, 0.0, x) if x.error < np.inf else x
+
+
+@overload(within, jit_options=INLINED)
+def _within(x, low, high):
+    if x != ball:
+        return None
+
+    def held(x, low, high):
+        off = x.error * SAFETY
+        if not off < np.inf:
+            return ball_between(low, high, x)
+        return ball_between(min(max(x.value - off, low), high), max(min(x.value + off, high), low), x)
+
+    return held
 
 
 @overload(operator.and_, jit_options=INLINED)

@@ -183,9 +183,9 @@ def alternatives(x: Any, y: Any) -> Any:
 
 
 def rounded(x: Any, times: Any, like: Any, quotients: Any = 0) -> Any:
-    """Return a plain number that a renderer makes itself, as one of the kind of another.
+    """Return a number that a renderer makes itself, as one of the kind of another.
 
-    It makes it by so many sums and products, ``times``, and quotients.
+    It makes it by so many sums and products, ``times``, and quotients; a ball by so many more.
     """
     return x
 
@@ -198,6 +198,21 @@ def known(x: Any, value: Any) -> Any:
 def twice(x: Any) -> Any:
     """Return 2 x, which nobody rounds."""
     return 2 * x
+
+
+def least(x: Any) -> Any:
+    """Return a number itself; of a ball its least number."""
+    return x
+
+
+def most(x: Any) -> Any:
+    """Return a number itself; of a ball its largest number."""
+    return x
+
+
+def within(x: Any, low: Any, high: Any) -> Any:
+    """Return a number that lies between two plain ones in every renderer; of a ball what does."""
+    return x
 
 
 def power(x: Any, k: Any) -> Any:
@@ -270,6 +285,9 @@ _of_floats(rounded, lambda x, times, like, quotients=0: number(x, like))
 _of_floats(known, lambda x, value: x)
 _of_floats(twice, lambda x: 2 * x)
 _of_floats(is_finite, lambda x: x < np.inf)
+_of_floats(least, lambda x: x)
+_of_floats(most, lambda x: x)
+_of_floats(within, lambda x, low, high: x)
 _of_floats(alternatives, lambda x, y: x)
 _of_floats(larger, lambda x, y: select(y > x, y, x))
 _of_floats(smaller, lambda x, y: select(y < x, y, x))

@@ -15,17 +15,24 @@ jitters the steps too; that is left out. Elevations are compared and subtracted 
 """
 
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, Options, option, turns_of
-from lfssao.ao.estimators.kernels.horizon import Horizons, horizon_occlusion
-from lfssao.ao.estimators.vo.local_frame import disk_mirrors, seen_surface
-from lfssao.ao.ssao import Occlusion, run_kernel
+from lfssao.ao.estimators.estimator import Estimator, Options, option
+from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON, TILE
+from lfssao.ao.estimators.vo.local_frame import disk_mirrors
+from lfssao.ao.formulas import fold_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
+from lfssao.core.numbers import alternatives, formula, larger, least, most, rounded, select, smaller, within
+from lfssao.core.vectors import cross, dot
 
+ZENITH = 1.0 + 2.0**-16  # no sine is larger, rounded or not
+# Turn, reflection and place on the disk may be applied in any order: no term is rounded more than 21 times on its way
+# into a row, and those of the row, 10, count twice where terms cancel.
+ORDERS = 40
 # Linear and quadratic part of 1 - W, W the attenuation.
 _ATTENUATION = {"quadratic": (0.0, 1.0), "linear": (1.0, 0.0), "none": (0.0, 0.0)}
 
@@ -46,19 +53,89 @@ class HorizonOptions(Options):
     seed: int = option(0, "of those reflections", limits=(0, 2**53))
 
 
-def hbao(buffers: Buffers, radius: float, points: None, weights: None, options: HorizonOptions) -> Occlusion:
-    """Return horizon-based AO; it takes no samples."""
+class Horizons(NamedTuple):
+    """Directions and attenuation, arrays and scalars of the arithmetic's dtype.
+
+    points: (n, 2), x and y of the directions, unit length. steps: how many along each. radius: world units. mirrors:
+    (2, TILE, TILE), cosine and sine of the reflections of a tile. sine_bias, cosine_bias: of the angle by which the
+    horizon must exceed the tangent plane. linear, quadratic: W = 1 - (linear r + quadratic r^2).
+    """
+
+    points: Any
+    steps: int
+    radius: Any
+    mirrors: Any
+    sine_bias: Any
+    cosine_bias: Any
+    linear: Any
+    quadratic: Any
+
+    def start(self, view: Any, texel: Any) -> Any:
+        """P, w, R w_z, the images of P, R e and R f, and the slopes of the tangent plane along e and f."""
+        p, w, n, r = view.position(texel), view.direction(texel), view.normal(texel), view.rightward()
+        a = r - dot(r, w) * w
+        a = (1 / np.sqrt(dot(a, a))) * a
+        b, (c, s) = cross(w, a), _reflected(self, view, texel)
+        e, f, towards = c * a + s * b, s * a - c * b, larger(EDGE_ON, -dot(n, w))
+        images = view.at(p), self.radius * view.along(e), self.radius * view.along(f)
+        return p, w, self.radius * view.depth_along(w), images, (dot(n, e) / towards, dot(n, f) / towards)
+
+    def counts(self, view: Any, here: Any) -> Any:
+        """Whether the texel looks ahead, and there is a radius."""
+        return here[2] > 0
+
+    def place(self, view: Any, here: Any, s: Any) -> Any:
+        """The image of P + R (x e + y f)."""
+        p, e, f = here[3]
+        return p + self.points[s, 0] * e + self.points[s, 1] * f
+
+    def begin(self, view: Any, here: Any, s: Any) -> Any:
+        """The horizon of the tangent plane, which falls with tau = x slope_e + y slope_f."""
+        e, f = here[4]
+        tau = self.points[s, 0] * e + self.points[s, 1] * f
+        horizon = alternatives(_risen(self, least(tau)), _risen(self, most(tau)))
+        return within(rounded(horizon, 4, horizon), -ZENITH, ZENITH)
+
+    def step(self, view: Any, here: Any, state: Any, texel: Any, seen: Any) -> Any:
+        """The attenuated rise above the horizon so far, and the horizon after it."""
+        d, w = view.position(seen) - here[0], here[1]
+        length = np.sqrt(dot(d, d))
+        sine, r = within(-dot(d, w) / length, -ZENITH, ZENITH), length / rounded(self.radius, 4, length)
+        weight = within(1 - (self.linear * r + self.quadratic * (r * r)), 0, 1)
+        near = (r < 1) & (seen != texel)
+        return select(near, weight * larger(0, sine - state), 0), select(near, larger(state, sine), state)
+
+    def end(self, total: Any) -> Any:
+        """The mean over the directions."""
+        return smaller(1, larger(0, total / self.points.shape[0]))
+
+
+@formula
+def _reflected(fan: Any, view: Any, texel: Any) -> Any:
+    """Cosine and sine of a texel's turn, reflected."""
+    row, column, (p, q) = view.row(texel) % TILE, view.column(texel) % TILE, view.turn_by_angle(texel)
+    c, s = fan.mirrors[0, row, column], fan.mirrors[1, row, column]
+    cosine = rounded(c * p, ORDERS, p) + rounded(s * q, ORDERS, p)
+    return cosine, rounded(s * p, ORDERS, p) - rounded(c * q, ORDERS, p)
+
+
+@formula
+def _risen(fan: Any, tau: Any) -> Any:
+    """Sine of t + bias, tan t = -tau, or 1 where t + bias passes the zenith."""
+    cosine = 1 / np.sqrt(1 + tau * tau)
+    sine = -tau * cosine
+    risen = sine * fan.cosine_bias + cosine * fan.sine_bias
+    return select(cosine * fan.cosine_bias - sine * fan.sine_bias > 0, risen, 1)
+
+
+def horizons(buffers: Buffers, radius: float, points: None, weights: None, options: HorizonOptions) -> Horizons:
+    """Return the formulas' numbers, in the textures' dtype; hbao takes no samples."""
     dtype = buffers.depth.dtype
-    fan, turns = fan_of(options, dtype), turns_of(buffers)
-    return run_kernel(horizon_occlusion, buffers.depth, seen_surface(buffers), fan, turns, dtype.type(radius))
-
-
-def fan_of(options: HorizonOptions, dtype: np.dtype[Any]) -> Horizons:
-    """Return directions and attenuation in the arithmetic's dtype."""
     around = np.array([sincospi((2 * k + 1) / options.directions)[::-1] for k in range(options.directions)])
-    mirrors = disk_mirrors(options.randomize, options.seed, dtype)
-    scalars = (*sincospi(options.bias / 180.0), *_ATTENUATION[options.attenuation])
-    return Horizons(around.astype(dtype), mirrors, options.steps, *(dtype.type(number) for number in scalars))
+    scalars = radius, *sincospi(options.bias / 180.0), *_ATTENUATION[options.attenuation]
+    numbers = [dtype.type(number) for number in scalars]
+    mirrors = disk_mirrors(options.randomize, options.seed, dtype)[:, :, :TILE]
+    return Horizons(around.astype(dtype), options.steps, numbers[0], np.ascontiguousarray(mirrors), *numbers[1:])
 
 
 ENTRIES = (
@@ -67,7 +144,8 @@ ENTRIES = (
         title="horizons above the tangent plane",
         source="Bavoil, Sainz and Dimitrov 2008, equations 1 and 2",
         formula="ao = (1 / directions) sum of W(|Q - C| / R) (sin of a horizon - sin of the one before)",
-        run=hbao,
+        run=partial(fold_formulas, horizons),
+        formulas=horizons,
         options=HorizonOptions,
         dimensions=0,
         integrand=("uniform", "quadratic"),

@@ -18,13 +18,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.horizon import HorizonOptions, fan_of
+from lfssao.ao.estimators.horizon import ZENITH
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.ao.textures import Buffers
 from lfssao.core.balls import SAFETY
 from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import disk_bounds as disk_kernels
+from lfssao.verify.bounds.kernels.folds import bound_folds
 from lfssao.verify.bounds.kernels.sao_bounds import LIMITLESS
 from lfssao.verify.bounds.kernels.seen import IMAGE, POSITIONS
 from lfssao.verify.bounds.kernels.sums import bound_sums, end_sums
@@ -94,25 +95,23 @@ def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds]) 
 
 
 def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0, jumps: bool = True) -> Bounds:
-    """Bounds of an estimator that is written as formulas; largest, jumps: as of ``bound_sums``."""
+    """Bounds of an estimator that is written as formulas; largest, jumps: as of ``bound_sums`` and ``bound_folds``."""
     estimator, model = find_estimator(name), given.model
     options, seen = estimator.options(**given.options), given.surface(radius)
     assert estimator.formulas is not None
     made = held(estimator.formulas(given.seen, radius, given.points, given.weights, options))
     view, sums = ball_view(given.seen, seen, model), np.zeros((3, *seen.depth.shape))
-    bound_sums(seen, view, made, largest, jumps, sums)
+    steps = getattr(made, "steps", None)  # of estimators that take them
+    if steps:
+        bound_folds(seen, view, made, largest, sums)
+    else:
+        bound_sums(seen, view, made, largest, jumps, sums)
     ends = sums[:2].reshape(2, -1)
-    end_sums(view, made, summing_error(len(made.points), model), ends)
+    end_sums(view, made, summing_error(len(made.points) * (steps or 1), model), ends)
     lower, upper = ends.reshape(2, *seen.depth.shape)
     there = seen.depth < np.inf
     lower, upper = np.where(there, lower, 0), np.where(there, upper, 0)
     return Bounds(up_to_single(lower), down_to_single(upper), sums[2].astype(np.int32))
-
-
-def _hbao(given: Problem, radius: float) -> Bounds:
-    options = HorizonOptions(**given.options)  # type: ignore[arg-type]
-    fan, n = held(fan_of(options, np.dtype(np.float32))), options.directions
-    return _summed(given, disk_kernels.sum_rises, given.surface(radius), fan, terms=n * options.steps, divisor=n)
 
 
 def _summed(given: Problem, kernel: Callable[..., None], *samples: Any, terms: int = 0, divisor: int = 1) -> Bounds:
@@ -133,7 +132,7 @@ BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "vo-lines-normal": partial(_hidden_volume, at=partial(_formulas, name="vo-lines-normal", jumps=False)),
     "alchemy": partial(_formulas, name="alchemy", largest=LIMITLESS, jumps=False),
     "oriented-hemisphere": partial(_formulas, name="oriented-hemisphere"),
-    "hbao": _hbao,
+    "hbao": partial(_formulas, name="hbao", largest=2 * ZENITH),
     "sao": sao,
     "sao-equation-1": sao,
 }

@@ -19,11 +19,17 @@ _OPEN = 2.0**-10  # a term whose interval is wider than this part of it counts a
 
 
 @kernel(inline=True)
-def look(view, seen, place, z):
-    """The texels that a place of balls, at cast z, may be looked up in."""
+def image_at(view, place, z):
+    """The image point u, v of a place of balls, at cast z, and whether there is one."""
     m = view.rows
     a, b, q = row_of_spot(m, 0, place), row_of_spot(m, 1, place), row_of_spot(m, 2, place)
-    u, v, valid = image_of(view.kind, view.lens, a, b, q, z)
+    return image_of(view.kind, view.lens, a, b, q, z)
+
+
+@kernel(inline=True)
+def look(view, seen, place, z):
+    """The texels that a place of balls, at cast z, may be looked up in."""
+    u, v, valid = image_at(view, place, z)
     return box_of(seen, widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by))
 
 

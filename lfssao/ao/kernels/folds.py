@@ -1,0 +1,104 @@
+"""The sum of each texel's steps along directions, for any estimator (``lfssao.ao.formulas.Folded``), as floats.
+
+Texels are computed in chunks of a row, their numbers in slots, so that the loops over texels become vectors: one of the
+ends of a direction, and for each of its steps one of the texels where they land and one of the surfaces there.
+"""
+
+import numpy as np
+
+from lfssao.ao.kernels.spans import CHUNK, next_span
+from lfssao.core.intrinsics import get, put, scratch, texel_slots
+from lfssao.core.jit import kernel
+from lfssao.core.numbers import as_float, plain, select
+from lfssao.optics.kernels.projection import (
+    CROSSED_SLITS,
+    DISPLAY,
+    MATRIX,
+    hold_inside,
+    image_of,
+    last_below,
+    texel_number,
+)
+
+_slots = texel_slots(48)
+
+
+@kernel(inline=True)
+def _begin_direction(kind, view, estimator, s, column, row, n, like, ways, states, slots):
+    """States before direction s of n texels, and ways from their centres to the images of its ends, NaN for none."""
+    (across, down), dtype = ways, view.rows.dtype.type
+    half, nothing = dtype(0.5), dtype(np.nan)
+    for i in range(n):
+        here = get(slots, i, like)
+        place = estimator.place(view, here, s)
+        u, v, valid = image_of(kind, view.lens, place.u, place.v, place.q, place.z)
+        states[i] = plain(estimator.begin(view, here, s))
+        across[i] = plain(u) - (dtype(column + i) + half) if valid else nothing
+        down[i] = plain(v) - (dtype(row) + half)
+
+
+@kernel(inline=True)
+def _land(size, part, column, row, n, ways, texels, inside, missed):
+    """The texels at a part of the ways of n texels, and 1 where they are inside the texture, else 0."""
+    (across, down), dtype = ways, ways[0].dtype.type
+    half, right_edge, bottom_edge = dtype(0.5), last_below(dtype(size[1])), last_below(dtype(size[0]))
+    for i in range(n):
+        u = (dtype(column + i) + half) + part * across[i]
+        v = (dtype(row) + half) + part * down[i]
+        column_at, row_at = hold_inside(u, right_edge), hold_inside(v, bottom_edge)
+        there = (column_at == u) & (row_at == v)
+        texels[i] = texel_number(column_at, row_at, size[1])
+        inside[i] = np.int32(there)
+        missed[i] += np.int32(not there)
+
+
+@kernel(inline=True)
+def _take_step(view, estimator, first, n, like, texels, inside, states, totals, slots):
+    """Add what the surfaces of n texels' steps add, and raise the states."""
+    zero = view.rows.dtype.type(0)
+    for i in range(n):
+        state, there = as_float(states[i]), inside[i] != 0
+        added, after = estimator.step(view, get(slots, i, like), state, np.uint32(first + i), texels[i])
+        totals[i] += plain(added) if there else zero
+        states[i] = plain(select(there, after, state))
+
+
+@kernel(rows="occlusion")
+def fold_steps(begin, stop, view, estimator, occlusion, outside):
+    """Occlusion of every texel by the steps along its directions, (H, W); view: ``FloatView``.
+
+    It is 0 where there is no surface, and where the texel does not count. outside: (H,), out: steps of each row outside
+    the texture, or of a direction whose end has no image; they add nothing.
+    """
+    size, fractions, count = occlusion.shape, occlusion.reshape(-1), estimator.points.shape[0]
+    width, dtype = size[1], occlusion.dtype
+    slots, missed, totals, states = _slots(dtype), scratch(np.int32), scratch(dtype), scratch(dtype)
+    ways, texels, inside = (scratch(dtype), scratch(dtype)), scratch(np.uint32), scratch(np.int32)
+    like, zero = estimator.start(view, 0), dtype.type(0)
+    for j in range(begin, stop):
+        outside[j] = 0
+        at, end = j * width, (j + 1) * width
+        while at < end:
+            first, n = next_span(view.depth, at, end, CHUNK)
+            for texel in range(at, first):
+                fractions[texel] = zero
+            column = first - j * width
+            for i in range(n):
+                put(slots, i, estimator.start(view, first + i))
+                totals[i], missed[i] = zero, 0
+            for s in range(count):
+                if view.kind == CROSSED_SLITS:
+                    _begin_direction(CROSSED_SLITS, view, estimator, s, column, j, n, like, ways, states, slots)
+                elif view.kind == MATRIX:
+                    _begin_direction(MATRIX, view, estimator, s, column, j, n, like, ways, states, slots)
+                else:
+                    _begin_direction(DISPLAY, view, estimator, s, column, j, n, like, ways, states, slots)
+                for step in range(1, estimator.steps + 1):
+                    part = dtype.type(step) / dtype.type(estimator.steps)
+                    _land(size, part, column, j, n, ways, texels, inside, missed)
+                    _take_step(view, estimator, first, n, like, texels, inside, states, totals, slots)
+            for i in range(n):
+                there = (view.depth[first + i] < np.inf) & estimator.counts(view, get(slots, i, like))
+                fractions[first + i] = plain(estimator.end(as_float(totals[i]))) if there else zero
+                outside[j] += missed[i] if there else 0
+            at = first + n

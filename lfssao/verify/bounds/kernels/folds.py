@@ -1,0 +1,76 @@
+"""The least and the largest sum of each texel's steps, for any estimator that takes them, by balls.
+
+The image of a step is a box, as in ``sums``, and so is the state an interval: a step adds what the surface of any texel
+of the box adds, to any state so far, and the states behind it are those behind all of them. The texel may be none, where
+nothing is added, nor does the state change.
+"""
+
+import numpy as np
+
+from lfssao.core.balls import SAFETY, ball_between
+from lfssao.core.jit import kernel
+from lfssao.verify.bounds.kernels.pairs import Pair
+from lfssao.verify.bounds.kernels.projection_bounds import Projected
+from lfssao.verify.bounds.kernels.seen import box_of, texel_of
+from lfssao.verify.bounds.kernels.sums import image_at
+
+
+@kernel(inline=True)
+def _ends(x):
+    """The least and the largest number of a ball, infinite ones of an unknown one."""
+    error = x.error * SAFETY
+    return x.value - error, x.value + error
+
+
+@kernel(inline=True)
+def _march(view, seen, estimator, here, texel, s, most_added):
+    """The least and the largest sum of the steps of direction s, and those that may be read in several texels."""
+    place = estimator.place(view, here, s)
+    u, v, valid = image_at(view, place, view.depth_at(place))
+    column, row = texel % view.width + 0.5, texel // view.width + 0.5
+    across, down, state = u - column, v - row, estimator.begin(view, here, s)
+    (low, high), least, most, doubt = _ends(state), 0.0, 0.0, 0
+    for k in range(1, estimator.steps + 1):
+        part = view.ball(k / estimator.steps, view.by.quotient)
+        u, v = part * across + column, part * down + row
+        off = view.by.coordinate
+        at = Pair(u.value, u.error * SAFETY + off), Pair(v.value, v.error * SAFETY + off), Pair(0.0, 0.0)
+        box = box_of(seen, Projected(*at, valid.may, valid.must))
+        # Before the texels of the box are looked at: none of them, or any, or so many that all may be.
+        rises, ends = (0.0, most_added * box.most), (low, high)
+        if box.most > 0.0:
+            ends = -np.inf, np.inf
+        if box.least > 0.0:
+            rises, ends = (np.inf, 0.0), (np.inf, -np.inf)
+        for n in range(box.texels):
+            (j, i), added, after = texel_of(box, n), (0.0, 0.0), (low, high)
+            if view.shows(j * view.width + i):
+                here_low = ball_between(low, high, state)
+                rise, raised = estimator.step(view, here, here_low, texel, j * view.width + i)
+                added, after = _ends(rise), _ends(raised)
+                if not added[1] < np.inf:
+                    added = 0.0, most_added
+            rises = min(rises[0], max(added[0], 0.0)), max(rises[1], added[1])
+            ends = min(ends[0], after[0]), max(ends[1], after[1])
+        least, most, doubt, (low, high) = least + rises[0], most + rises[1], doubt + int(not box.sure), ends
+    return least, most, doubt
+
+
+@kernel(rows="seen.depth")
+def bound_folds(begin, stop, seen, view, estimator, most_added, sums):
+    """Write the least and the largest sum of every texel's steps, and its steps in doubt, (3, H, W) float64.
+
+    view: ``BallView``. most_added: no step adds more, as far as is known.
+    """
+    for j in range(begin, stop):
+        for i in range(view.width):
+            texel = j * view.width + i
+            if not view.shows(texel):
+                continue
+            here = estimator.start(view, texel)
+            counts = estimator.counts(view, here)
+            for s in range(estimator.points.shape[0] if counts.may else 0):
+                least, most, doubt = _march(view, seen, estimator, here, texel, s, most_added)
+                sums[0, j, i] += least if counts.must else 0.0
+                sums[1, j, i] += most
+                sums[2, j, i] += doubt

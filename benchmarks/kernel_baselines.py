@@ -7,6 +7,7 @@ import numpy as np
 from stages import Baseline
 
 from lfssao.ao.kernels import ssao
+from lfssao.ao.kernels.spans import CHUNK
 from lfssao.optics.kernels.projection import MATRIX
 
 ESTIMATORS = "lfssao.ao.estimators."
@@ -46,8 +47,11 @@ def _lines(a: Sequence[Any]) -> list[Any]:
 
 
 def _horizons(a: Sequence[Any]) -> list[Any]:
-    view, fan, _, radius, occlusion, _ = a
-    return [*_scene(view, radius, occlusion), fan.mirrors, len(fan.around), fan.around, fan.steps, occlusion]
+    view, fan, occlusion, _ = a
+    textures = view.depth, view.positions, view.directions, view.normals
+    mirrors = np.ascontiguousarray(np.tile(fan.mirrors, CHUNK // fan.mirrors.shape[2]))
+    scene = [*_size(occlusion), *textures, view.rows, view.lens, view.axes, fan.radius]
+    return [*scene, mirrors, len(fan.points), fan.points, fan.steps, occlusion]
 
 
 def _fraction(a: Sequence[Any]) -> list[Any]:
@@ -121,7 +125,7 @@ BASELINES = (
              lambda a: [*_size(a[0]), *a], (1,)),
     Baseline(ESTIMATORS + "vo.area.kernels.write_half", "pyramid of moments", "moments_half",
              lambda a: [a[2], a[3], a[0], a[1], a[4], float(a[5]), float(a[6])], (0,)),
-    Baseline(ESTIMATORS + "horizon.horizon_occlusion", "horizons", "hbao", _horizons, (4,)),
+    Baseline("lfssao.ao.formulas.fold_steps", "horizons", "hbao", _horizons, (2,)),
     Baseline(KERNELS + "point.occluded_fraction", "points with options", "share_behind", _fraction, (6,)),
     Baseline(KERNELS + "multiresolution.first_level", "multiresolution, halve", "first_level",
              lambda a: [*_size(a[0]), *a], (1,)),

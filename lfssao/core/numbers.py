@@ -215,6 +215,19 @@ def within(x: Any, low: Any, high: Any) -> Any:
     return x
 
 
+def over(x: Any, divisor: Any) -> Any:
+    """Return x / divisor, to be multiplied by numbers and added to others over that very divisor, and ``divided``.
+
+    Of balls the divisor is one and the same number in all of them.
+    """
+    return x / divisor
+
+
+def divided(x: Any) -> Any:
+    """Return a sum of multiples of quotients that ``over`` has made, as a number."""
+    return x
+
+
 def power(x: Any, k: Any) -> Any:
     """Return x to the power of a plain number k >= 0, x from 0 to 1: in float64, rounded once."""
     return x**k
@@ -285,6 +298,8 @@ _of_floats(rounded, lambda x, times, like, quotients=0: number(x, like))
 _of_floats(known, lambda x, value: x)
 _of_floats(twice, lambda x: 2 * x)
 _of_floats(is_finite, lambda x: x < np.inf)
+_of_floats(over, lambda x, divisor: x / divisor)
+_of_floats(divided, lambda x: x)
 _of_floats(least, lambda x: x)
 _of_floats(most, lambda x: x)
 _of_floats(within, lambda x, low, high: x)

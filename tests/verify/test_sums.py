@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from reference.points import axes_across
 
 from lfssao import Camera, RayCaster, builtin_scene, find_display, module_views
-from lfssao.ao.estimators.horizon import HorizonOptions, fan_of
+from lfssao.ao.estimators.horizon import around as directions_around
 from lfssao.ao.estimators.registry import estimate, find_estimator
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.ao.estimators.vo.local_frame import disk_mirrors
@@ -78,7 +78,7 @@ def check_hbao(drawn, options, alter=lambda model: model):
     tiles = disk_mirrors(options["randomize"], options["seed"], np.dtype(np.float32))
     mirrors = oracle.mirrored(tiles, (view.height, view.width))
     options = {**options, "directions": n}
-    around = fan_of(HorizonOptions(**options), np.dtype(np.float32)).around
+    around = directions_around(n).astype(np.float32)
     shown, _ = drawn_scene(
         drawn, lambda ways, turn: oracle.disk_axes(view, ways, mirrors, turn), lambda samples: around.astype(float), 2
     )

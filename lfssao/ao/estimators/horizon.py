@@ -20,13 +20,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, Options, option
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option
 from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON, TILE
 from lfssao.ao.estimators.vo.local_frame import disk_mirrors
 from lfssao.ao.formulas import fold_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
-from lfssao.core.numbers import alternatives, formula, larger, least, most, rounded, select, smaller, within
+from lfssao.core.numbers import (
+    alternatives,
+    divided,
+    formula,
+    larger,
+    least,
+    most,
+    over,
+    rounded,
+    select,
+    smaller,
+    within,
+)
 from lfssao.core.vectors import cross, dot
 
 ZENITH = 1.0 + 2.0**-16  # no sine is larger, rounded or not
@@ -78,7 +90,7 @@ class Horizons(NamedTuple):
         b, (c, s) = cross(w, a), _reflected(self, view, texel)
         e, f, towards = c * a + s * b, s * a - c * b, larger(EDGE_ON, -dot(n, w))
         images = view.at(p), self.radius * view.along(e), self.radius * view.along(f)
-        return p, w, self.radius * view.depth_along(w), images, (dot(n, e) / towards, dot(n, f) / towards)
+        return p, w, self.radius * view.depth_along(w), images, (over(dot(n, e), towards), over(dot(n, f), towards))
 
     def counts(self, view: Any, here: Any) -> Any:
         """Whether the texel looks ahead, and there is a radius."""
@@ -92,7 +104,7 @@ class Horizons(NamedTuple):
     def begin(self, view: Any, here: Any, s: Any) -> Any:
         """The horizon of the tangent plane, which falls with tau = x slope_e + y slope_f."""
         e, f = here[4]
-        tau = self.points[s, 0] * e + self.points[s, 1] * f
+        tau = divided(self.points[s, 0] * e + self.points[s, 1] * f)
         horizon = alternatives(_risen(self, least(tau)), _risen(self, most(tau)))
         return within(rounded(horizon, 4, horizon), -ZENITH, ZENITH)
 
@@ -128,14 +140,27 @@ def _risen(fan: Any, tau: Any) -> Any:
     return select(cosine * fan.cosine_bias - sine * fan.sine_bias > 0, risen, 1)
 
 
+def around(directions: int) -> FloatArray:
+    """Return x and y of directions all around, (n, 2), unit length."""
+    return np.array([sincospi((2 * k + 1) / directions)[::-1] for k in range(directions)])
+
+
 def horizons(buffers: Buffers, radius: float, points: None, weights: None, options: HorizonOptions) -> Horizons:
     """Return the formulas' numbers, in the textures' dtype; hbao takes no samples."""
     dtype = buffers.depth.dtype
-    around = np.array([sincospi((2 * k + 1) / options.directions)[::-1] for k in range(options.directions)])
-    scalars = radius, *sincospi(options.bias / 180.0), *_ATTENUATION[options.attenuation]
-    numbers = [dtype.type(number) for number in scalars]
-    mirrors = disk_mirrors(options.randomize, options.seed, dtype)[:, :, :TILE]
-    return Horizons(around.astype(dtype), options.steps, numbers[0], np.ascontiguousarray(mirrors), *numbers[1:])
+    sine_bias, cosine_bias = sincospi(options.bias / 180.0)
+    linear, quadratic = _ATTENUATION[options.attenuation]
+    mirrors = disk_mirrors(options.randomize, options.seed, dtype)
+    return Horizons(
+        points=around(options.directions).astype(dtype),
+        steps=options.steps,
+        radius=dtype.type(radius),
+        mirrors=np.ascontiguousarray(mirrors[:, :, :TILE]),
+        sine_bias=dtype.type(sine_bias),
+        cosine_bias=dtype.type(cosine_bias),
+        linear=dtype.type(linear),
+        quadratic=dtype.type(quadratic),
+    )
 
 
 ENTRIES = (

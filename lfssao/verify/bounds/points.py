@@ -114,12 +114,12 @@ def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0,
     return Bounds(up_to_single(lower), down_to_single(upper), sums[2].astype(np.int32))
 
 
-def _summed(given: Problem, kernel: Callable[..., None], *samples: Any, terms: int = 0, divisor: int = 1) -> Bounds:
-    """Bounds of sums of a kernel: terms, with 0 the points, added in any order; what is above 1 is 1."""
+def _summed(given: Problem, kernel: Callable[..., None], *samples: Any) -> Bounds:
+    """Bounds of sums of a kernel, a term of each point, added in any order; what is above 1 is 1."""
     (fewest, most), undecided = given.sums(kernel, *samples)
-    relative = growth(terms or len(given.points), given.model)
-    lower = up_to_single(np.minimum(fewest / divisor * (1 - relative), 1))
-    return Bounds(lower, down_to_single(np.minimum(most / divisor * (1 + relative), 1)), undecided)
+    relative = growth(len(given.points), given.model)
+    lower = up_to_single(np.minimum(fewest * (1 - relative), 1))
+    return Bounds(lower, down_to_single(np.minimum(most * (1 + relative), 1)), undecided)
 
 
 # Estimators whose intervals are known.

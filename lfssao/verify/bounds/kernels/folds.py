@@ -1,8 +1,8 @@
 """The least and the largest sum of each texel's steps, for any estimator that takes them, by balls.
 
-The image of a step is a box, as in ``sums``, and so is the state an interval: a step adds what the surface of any texel
-of the box adds, to any state so far, and the states behind it are those behind all of them. The texel may be none, where
-nothing is added, nor does the state change.
+The image of a step is a box, as in ``sums``, and the state is an interval. A step adds what the surface of any texel of
+the box adds to any state so far, and the states after it are those after all of these. The texel may be none: then
+nothing is added, and the state stays.
 """
 
 import numpy as np
@@ -45,8 +45,8 @@ def _march(view, seen, estimator, here, texel, s, most_added):
         for n in range(box.texels):
             (j, i), added, after = texel_of(box, n), (0.0, 0.0), (low, high)
             if view.shows(j * view.width + i):
-                here_low = ball_between(low, high, state)
-                rise, raised = estimator.step(view, here, here_low, texel, j * view.width + i)
+                any_state = ball_between(low, high, state)
+                rise, raised = estimator.step(view, here, any_state, texel, j * view.width + i)
                 added, after = _ends(rise), _ends(raised)
                 if not added[1] < np.inf:
                     added = 0.0, most_added

@@ -125,9 +125,9 @@ class Folded(Protocol):
         """The state before the first step of direction s, a number."""
 
     def step(self, view: Any, here: Any, state: Any, texel: Any, seen: Any) -> Any:
-        """What a step of a texel adds and the state after it, by the surface of the texel where it lands, ``seen``.
+        """The number that a step of a texel adds, and the state after it, by the surface of a texel, ``seen``.
 
-        Of floats it may have none, and lies at infinity.
+        A texel without a surface lies at infinity there, or is left out.
         """
 
     def end(self, total: Any) -> Any:

@@ -22,7 +22,6 @@ from lfssao.core.elementary import power as float_power
 from lfssao.core.numbers import (
     INLINED,
     alternatives,
-    divided,
     formula,
     is_finite,
     is_plain,
@@ -31,7 +30,6 @@ from lfssao.core.numbers import (
     least,
     most,
     number,
-    over,
     power,
     rounded,
     select,
@@ -303,56 +301,6 @@ def _eq(x, y):
     """It must hold of exact numbers alone."""
     room = (x.error + y.error) * SAFETY
     return Doubt(not abs(x.value - y.value) > room, x.value == y.value and room == 0.0)
-
-
-def Quotient(numerator, divisor, flushed):  # noqa: N802
-    """A sum of quotients over one divisor, balls, that are rounded but not divided; how many may be flushed."""
-
-
-QuotientType = struct(Quotient, "numerator", "divisor", "flushed")
-
-
-@overload(over, jit_options=INLINED)
-def _over(x, divisor):
-    """A quotient x / t is rounded by as much of itself as x is here of itself."""
-    if not x == divisor == ball:
-        return None
-    return lambda x, divisor: Quotient(rounded(x, 0, x, 1), divisor, 1.0)
-
-
-@overload(operator.mul, jit_options=INLINED)
-def _scale_quotient(x, y):
-    if not (is_plain(x) and isinstance(y, QuotientType)):
-        return None
-    return lambda x, y: Quotient(x * y.numerator, y.divisor, abs(x) * (y.flushed + 1.0) + 1.0)
-
-
-@overload(operator.add, jit_options=INLINED)
-def _add_quotients(x, y):
-    if not (isinstance(x, QuotientType) and isinstance(y, QuotientType)):
-        return None
-
-    def add(x, y):
-        s, t, u = x.numerator + y.numerator, x.divisor, y.divisor
-        one = t.value == u.value and t.error == u.error
-        return Quotient(Ball(s.value, s.error if one else np.inf, s), t, x.flushed + y.flushed + 1.0)
-
-    return add
-
-
-@overload(divided, jit_options=INLINED)
-def _divided(x):
-    """(n + e) / (t + f) = n / t + (e - (n / t) f) / (t + f); infinite where t may be 0."""
-    if not isinstance(x, QuotientType):
-        return None
-
-    def divide(x):
-        n, t = x.numerator, x.divisor
-        q, room = n.value / t.value, abs(t.value) - t.error
-        e = (n.error + abs(q) * t.error) / room + FLUSHED * x.flushed * (1.0 + 1.0 / room)
-        return Ball(q, e if room > FLUSHED else np.inf, n)
-
-    return divide
 
 
 @overload(number, jit_options=INLINED)

@@ -9,8 +9,9 @@ Here are the words of formulas, and floats.
 
 import inspect
 import operator
+from collections.abc import Callable
 from types import FunctionType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numba import types
@@ -33,7 +34,9 @@ from lfssao.core.elementary import power as float_power
 
 INLINED = {"forceinline": True, "error_model": "numpy"}  # the flags of ``jit.FLAGS`` that change bits
 
-formula = register_jitable(**INLINED)  # compiled code calls the function, which LLVM puts into it; Python calls it, too
+_F = TypeVar("_F", bound=Callable[..., Any])
+# Compiled code calls the function, which LLVM puts into it; Python calls it, too.
+formula: Callable[[_F], _F] = register_jitable(**INLINED)
 
 
 def method(function: Any, missing: Any = None) -> None:
@@ -215,19 +218,6 @@ def within(x: Any, low: Any, high: Any) -> Any:
     return x
 
 
-def over(x: Any, divisor: Any) -> Any:
-    """Return x / divisor, to be multiplied by numbers and added to others over that very divisor, and ``divided``.
-
-    Of balls the divisor is one and the same number in all of them.
-    """
-    return x / divisor
-
-
-def divided(x: Any) -> Any:
-    """Return a sum of multiples of quotients that ``over`` has made, as a number."""
-    return x
-
-
 def power(x: Any, k: Any) -> Any:
     """Return x to the power of a plain number k >= 0, x from 0 to 1: in float64, rounded once."""
     return x**k
@@ -298,8 +288,6 @@ _of_floats(rounded, lambda x, times, like, quotients=0: number(x, like))
 _of_floats(known, lambda x, value: x)
 _of_floats(twice, lambda x: 2 * x)
 _of_floats(is_finite, lambda x: x < np.inf)
-_of_floats(over, lambda x, divisor: x / divisor)
-_of_floats(divided, lambda x: x)
 _of_floats(least, lambda x: x)
 _of_floats(most, lambda x: x)
 _of_floats(within, lambda x, low, high: x)

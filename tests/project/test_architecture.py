@@ -47,6 +47,7 @@ COMPILER = {"core/jit.py": {"njit"}, "core/intrinsics.py": {"extending", "types"
 # Files of numba's types, and the modules of it that they name.
 TYPES = {
     "core/jit.py": {"numba.core"}, "core/vectors.py": {"numba.extending"}, "core/places.py": {"numba.extending"},
+    "core/quotients.py": {"numba.extending"},
     "core/balls.py": {"numba.core", "numba.extending"},
     "core/numbers.py": {"numba.core", "numba.core.typeconv", "numba.core.typing.templates", "numba.extending"},
 }  # fmt: skip

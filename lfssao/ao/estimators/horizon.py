@@ -28,17 +28,16 @@ from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
 from lfssao.core.numbers import (
     alternatives,
-    divided,
     formula,
     larger,
     least,
     most,
-    over,
     rounded,
     select,
     smaller,
     within,
 )
+from lfssao.core.quotients import divided, over
 from lfssao.core.vectors import cross, dot
 
 ZENITH = 1.0 + 2.0**-16  # no sine is larger, rounded or not

@@ -336,13 +336,13 @@ def _rounded_ball(x, times, like, quotients=0):
 @_rule(least)
 def _least(x):
     """Exact, where it is finite."""
-    return Ball(x.value - x.error * SAFETY, 0.0, x) if x.error < np.inf else x
+    return Ball(x.value - x.error * SAFETY, 0.0, x) if x.error < UNKNOWN else x
 
 
 @_rule(most)
 def _most(x):
     """Exact, where it is finite."""
-    return Ball(x.value + x.error * SAFETY, 0.0, x) if x.error < np.inf else x
+    return Ball(x.value + x.error * SAFETY, 0.0, x) if x.error < UNKNOWN else x
 
 
 @overload(within, jit_options=INLINED)
@@ -352,7 +352,7 @@ def _within(x, low, high):
 
     def held(x, low, high):
         off = x.error * SAFETY
-        if not off < np.inf:
+        if not off < UNKNOWN:
             return ball_between(low, high, x)
         return ball_between(min(max(x.value - off, low), high), max(min(x.value + off, high), low), x)
 

@@ -3,10 +3,9 @@
 import operator
 from typing import Any
 
-import numpy as np
 from numba.extending import overload
 
-from lfssao.core.balls import FLUSHED, Ball, ball
+from lfssao.core.balls import FLUSHED, UNKNOWN, Ball, ball
 from lfssao.core.numbers import INLINED, FloatType, is_plain, rounded, struct
 
 
@@ -55,14 +54,14 @@ def _add_quotients(x, y):
     def add(x, y):
         s, t, u = x.numerator + y.numerator, x.divisor, y.divisor
         one = t.value == u.value and t.error == u.error
-        return Quotient(Ball(s.value, s.error if one else np.inf, s), t, x.flushed + y.flushed + 1.0)
+        return Quotient(Ball(s.value, s.error if one else UNKNOWN, s), t, x.flushed + y.flushed + 1.0)
 
     return add
 
 
 @overload(divided, jit_options=INLINED)
 def _divided(x):
-    """(n + e) / (t + f) = n / t + (e - (n / t) f) / (t + f); infinite where t may be 0."""
+    """(n + e) / (t + f) = n / t + (e - (n / t) f) / (t + f); unknown where t may be 0."""
     if isinstance(x, FloatType):
         return lambda x: x
     if not isinstance(x, QuotientType):
@@ -70,8 +69,11 @@ def _divided(x):
 
     def divide(x):
         n, t = x.numerator, x.divisor
-        q, room = n.value / t.value, abs(t.value) - t.error
+        room = abs(t.value) - t.error
+        if not room > FLUSHED:
+            return Ball(0.0, UNKNOWN, n)
+        q = n.value / t.value
         e = (n.error + abs(q) * t.error) / room + FLUSHED * x.flushed * (1.0 + 1.0 / room)
-        return Ball(q, e if room > FLUSHED else np.inf, n)
+        return Ball(q, min(e, UNKNOWN), n)
 
     return divide

@@ -20,8 +20,7 @@ from lfssao.verify.bounds import depth, points, post, sao, stored
 from lfssao.verify.bounds.bounds import exactly
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.kernels import point_bounds, sao_bounds, seen
-from lfssao.verify.bounds.kernels.images import exact, exact_vector
-from lfssao.verify.bounds.kernels.pairs import Errors
+from lfssao.verify.bounds.kernels.images import Errors, exact, exact_vector
 
 UNIT, ULP, QUARTER = 2.0**-30, 2.0**-23, np.float32([0.25])
 SLITS = np.array([1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0.5, 1.5, -0.5, 0, 0])  # a crossed-slits mapping

@@ -38,7 +38,7 @@ float32, N, and texture look-ups at the floor of a coordinate.
 from dataclasses import dataclass
 
 from lfssao.errors import check_choice
-from lfssao.verify.bounds.kernels.pairs import Errors
+from lfssao.verify.bounds.kernels.images import Errors
 
 ULP = 2.0**-23
 

@@ -24,14 +24,13 @@ from lfssao.ao.textures import Buffers
 from lfssao.core.balls import SAFETY
 from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
-from lfssao.verify.bounds.kernels import disk_bounds as disk_kernels
 from lfssao.verify.bounds.kernels.folds import bound_folds
 from lfssao.verify.bounds.kernels.sao_bounds import LIMITLESS
 from lfssao.verify.bounds.kernels.seen import IMAGE, POSITIONS
 from lfssao.verify.bounds.kernels.sums import bound_sums, end_sums
 from lfssao.verify.bounds.post import merge_bounds
 from lfssao.verify.bounds.problem import Options, Problem, Weights, ball_view, held
-from lfssao.verify.bounds.sao import growth, sao, summing_error
+from lfssao.verify.bounds.sao import sao, summing_error
 from lfssao.verify.bounds.ssao import counted, fraction_bounds, sample_points
 
 
@@ -112,14 +111,6 @@ def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0,
     there = seen.depth < np.inf
     lower, upper = np.where(there, lower, 0), np.where(there, upper, 0)
     return Bounds(up_to_single(lower), down_to_single(upper), sums[2].astype(np.int32))
-
-
-def _summed(given: Problem, kernel: Callable[..., None], *samples: Any) -> Bounds:
-    """Bounds of sums of a kernel, a term of each point, added in any order; what is above 1 is 1."""
-    (fewest, most), undecided = given.sums(kernel, *samples)
-    relative = growth(len(given.points), given.model)
-    lower = up_to_single(np.minimum(fewest * (1 - relative), 1))
-    return Bounds(lower, down_to_single(np.minimum(most * (1 + relative), 1)), undecided)
 
 
 # Estimators whose intervals are known.

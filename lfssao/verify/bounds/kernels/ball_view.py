@@ -25,7 +25,7 @@ class BallView(NamedTuple):
 
     Textures are float32, numbers of the mapping and of the axes are float32 ones, held as float64: those of
     ``lfssao.ao.kernels.float_view.FloatView``, and low and high, (H W,) float64, the least and the largest cast z of
-    each surface. by: ``pairs.Errors``. turned: whether turns are not all 0. way: the answer to conditions in doubt, 0
+    each surface. by: ``images.Errors``. turned: whether turns are not all 0. way: the answer to conditions in doubt, 0
     or 1; asked, (1,): 1 after one was in doubt.
     """
 

@@ -7,17 +7,17 @@ nothing is added, and the state stays.
 
 import numpy as np
 
-from lfssao.core.balls import SAFETY, ball_between
+from lfssao.core.balls import SAFETY, UNKNOWN, ball_between
 from lfssao.core.jit import kernel
-from lfssao.verify.bounds.kernels.pairs import Pair
-from lfssao.verify.bounds.kernels.projection_bounds import Projected
+from lfssao.core.numbers import number
+from lfssao.verify.bounds.kernels.images import Projected, widen
 from lfssao.verify.bounds.kernels.seen import box_of, texel_of
 from lfssao.verify.bounds.kernels.sums import image_at
 
 
 @kernel(inline=True)
 def _ends(x):
-    """The least and the largest number of a ball, infinite ones of an unknown one."""
+    """The least and the largest number of a ball."""
     error = x.error * SAFETY
     return x.value - error, x.value + error
 
@@ -33,13 +33,11 @@ def _march(view, seen, estimator, here, texel, s, most_added):
     for k in range(1, estimator.steps + 1):
         part = view.ball(k / estimator.steps, view.by.quotient)
         u, v = part * across + column, part * down + row
-        off = view.by.coordinate
-        at = Pair(u.value, u.error * SAFETY + off), Pair(v.value, v.error * SAFETY + off), Pair(0.0, 0.0)
-        box = box_of(seen, Projected(*at, valid.may, valid.must))
+        box = box_of(seen, widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by))
         # Before the texels of the box are looked at: none of them, or any, or so many that all may be.
         rises, ends = (0.0, most_added * box.most), (low, high)
         if box.most > 0.0:
-            ends = -np.inf, np.inf
+            ends = -UNKNOWN, UNKNOWN
         if box.least > 0.0:
             rises, ends = (np.inf, 0.0), (np.inf, -np.inf)
         for n in range(box.texels):
@@ -48,7 +46,7 @@ def _march(view, seen, estimator, here, texel, s, most_added):
                 any_state = ball_between(low, high, state)
                 rise, raised = estimator.step(view, here, any_state, texel, j * view.width + i)
                 added, after = _ends(rise), _ends(raised)
-                if not added[1] < np.inf:
+                if not added[1] < UNKNOWN:
                     added = 0.0, most_added
             rises = min(rises[0], max(added[0], 0.0)), max(rises[1], added[1])
             ends = min(ends[0], after[0]), max(ends[1], after[1])

@@ -12,6 +12,22 @@ from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.projection import MATRIX, image_of
 
 
+class Errors(NamedTuple):
+    """Errors of a model: relative ones of + - *, quotients, roots and offsets R s, of look-ups, texels, and of sines.
+
+    constant, slope: relative ones of exp(x), and times abs(x).
+    """
+
+    operation: float
+    quotient: float
+    root: float
+    offset: float
+    coordinate: float
+    angle: float
+    constant: float = 0.0
+    slope: float = 0.0
+
+
 class Projected(NamedTuple):
     """An image point of balls, and whether it may lie, and lies for sure, in the mapping's domain."""
 

@@ -4,9 +4,9 @@ A *ball* (Arb's word) stands for any number of [value - error, value + error]. E
 errors make of the exact result its own rounding, at most r times the size of what is rounded, and ``FLUSHED`` for
 numbers that may be flushed to zero. Errors are computed in float64, whose own rounding is 2^-29 of float32's;
 ``SAFETY`` times an error, applied once where the error is used, outweighs the rounding of a thousand such operations. A
-plain number beside a ball is exact, and so is a result that is 0 for sure. No error is infinite or NaN: one of
-``UNKNOWN`` and more says that nothing is known. A comparison of balls gives a *doubt*:
-whether it may hold, and whether it must.
+plain number beside a ball is exact, rounded to float32, and so is a result that is 0 for sure. No error is infinite or
+NaN: one of ``UNKNOWN`` and more says that nothing is known. A comparison of balls gives a *doubt*: whether it may hold,
+and whether it must.
 """
 
 import inspect
@@ -95,6 +95,12 @@ def _flushed(by, size):
     return min(by, _LARGE * size)
 
 
+@formula
+def exact(x, like):
+    """A plain number as a renderer has it, in float32."""
+    return Ball(np.float64(np.float32(x)), 0.0, like)
+
+
 def Doubt(may, must):  # noqa: N802
     """Whether a condition may hold, and whether it must."""
     return may if may == must else None
@@ -139,9 +145,9 @@ def _of_two(function, implementation):
         if x == ball and y == ball:
             return implementation
         if x == ball and is_plain(y):
-            return lambda x, y: function(x, Ball(np.float64(y), 0.0, x))
+            return lambda x, y: function(x, exact(y, x))
         if is_plain(x) and y == ball:
-            return lambda x, y: function(Ball(np.float64(x), 0.0, y), y)
+            return lambda x, y: function(exact(x, y), y)
         return None
 
     return typed
@@ -169,7 +175,7 @@ def _mul(x, y):
     p, a, b = x.value * y.value, abs(x.value), abs(y.value)
     e = (a * y.error + b * x.error) + x.error * y.error
     size = abs(p) + e
-    return Ball(p, min(e + x.operation * size + _flushed(FLUSHED * (1.0 + a + b), size), UNKNOWN), x)
+    return Ball(p, min(UNKNOWN, e + x.operation * size + _flushed(FLUSHED * (1.0 + a + b), size)), x)
 
 
 @_rule(operator.truediv)
@@ -181,17 +187,17 @@ def _div(x, y):
     q = x.value / y.value
     e = (x.error + abs(q) * y.error) / room
     size = abs(q) + e
-    return Ball(q, min(e + x.quotient * size + _flushed(FLUSHED * (1.0 + 1.0 / room), size), UNKNOWN), x)
+    return Ball(q, min(UNKNOWN, e + x.quotient * size + _flushed(FLUSHED * (1.0 + 1.0 / room), size)), x)
 
 
 @_rule(np.sqrt)
 def _sqrt(x):
-    """sqrt(x + e) = sqrt(x) + e / (sqrt(x + e) + sqrt(x)); unknown where x may be negative."""
+    """sqrt(x + e) = sqrt(x) + e / (sqrt(x + e) + sqrt(x)), e with a flushed x; unknown where x may be negative."""
     if not x.value - x.error >= 0.0:
         return Ball(0.0, UNKNOWN, x)
-    s = np.sqrt(x.value)
-    e = x.error / (np.sqrt(x.value - x.error) + s) if s > 0.0 else np.sqrt(x.error)
-    return Ball(s, e + x.root * (s + e) + FLUSHED, x)
+    s, off = np.sqrt(x.value), x.error + FLUSHED
+    e = off / (np.sqrt(max(x.value - off, 0.0)) + s) if s > 0.0 else 0.0
+    return Ball(s, e + x.root * (s + e), x)
 
 
 @_rule(operator.neg)
@@ -223,12 +229,14 @@ def _smaller(x, y):
 @_rule(smoothstep)
 def _smoothstep(x):
     """It grows with x. x^2 is at most the result, of which up to 17 are rounded, none of x = 1."""
-    low, high = min(max(x.value - x.error, 0.0), 1.0), min(max(x.value + x.error, 0.0), 1.0)
+    e = x.error * SAFETY
+    low, high = min(max(x.value - e, 0.0), 1.0), min(max(x.value + e, 0.0), 1.0)
     if low == 1.0:
         return Ball(1.0, 0.0, x)
     off = 20.0 * x.operation
     least, most = (low * low) * (3.0 - 2.0 * low), (high * high) * (3.0 - 2.0 * high)
-    return ball_between(max(least * (1.0 - off) - FLUSHED, 0.0), most * (1.0 + off) + FLUSHED, x)
+    flushed = FLUSHED if high > 0.0 else 0.0
+    return ball_between(max(least * (1.0 - off) - flushed, 0.0), most * (1.0 + off) + flushed, x)
 
 
 @overload(power, jit_options=INLINED)
@@ -305,7 +313,7 @@ def _eq(x, y):
 
 @overload(number, jit_options=INLINED)
 def _number(x, like):
-    return (lambda x, like: Ball(np.float64(x), 0.0, like)) if like == ball and is_plain(x) else None
+    return exact if like == ball and is_plain(x) else None
 
 
 @overload(known, jit_options=INLINED)
@@ -321,8 +329,9 @@ def _rounded(x, times, like, quotients=0):
         return _rounded_ball
 
     def computed(x, times, like, quotients=0):
+        """(1 + r)^n is at most 1 + n r (1 + n r), if n r < 1."""
         off = times * like.operation + quotients * like.quotient
-        return Ball(np.float64(x), off * (1.0 + off) * abs(x) + FLUSHED, like)
+        return Ball(exact(x, like).value, off * (1.0 + off) * abs(x) + FLUSHED, like)
 
     return computed
 
@@ -381,9 +390,9 @@ def _not(x):
 @overload(select, jit_options=INLINED)
 def _select_balls(condition, x, y):
     if x == ball and is_plain(y):
-        return lambda condition, x, y: select(condition, x, Ball(np.float64(y), 0.0, x))
+        return lambda condition, x, y: select(condition, x, exact(y, x))
     if is_plain(x) and y == ball:
-        return lambda condition, x, y: select(condition, Ball(np.float64(x), 0.0, y), y)
+        return lambda condition, x, y: select(condition, exact(x, y), y)
     if not x == y == ball:
         return None
     if condition == _doubt:

@@ -177,7 +177,7 @@ def select(condition: Any, x: Any, y: Any) -> Any:
 
 def number(x: Any, like: Any) -> Any:
     """Return a plain number as one of the kind of another."""
-    return x
+    return type(like)(x) if isinstance(like, np.generic) else x
 
 
 def alternatives(x: Any, y: Any) -> Any:
@@ -190,7 +190,7 @@ def rounded(x: Any, times: Any, like: Any, quotients: Any = 0) -> Any:
 
     It makes it by so many sums and products, ``times``, and quotients; a ball by so many more.
     """
-    return x
+    return number(x, like)
 
 
 def known(x: Any, value: Any) -> Any:
@@ -220,7 +220,7 @@ def within(x: Any, low: Any, high: Any) -> Any:
 
 def power(x: Any, k: Any) -> Any:
     """Return x to the power of a plain number k >= 0, x from 0 to 1: in float64, rounded once."""
-    return x**k
+    return number(float_power(np.float64(x), np.float64(k)), x) if isinstance(x, np.generic) else x**k
 
 
 def is_finite(x: Any) -> Any:

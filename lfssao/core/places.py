@@ -81,9 +81,10 @@ def offset_spot(o):
 
 @formula
 def _product(k, x):
-    """A product that is not rounded."""
-    e = (abs(k.value) * x.error + abs(x.value) * k.error) + k.error * x.error
-    return Ball(k.value * x.value, min(e, UNKNOWN), x)
+    """A product that is not rounded, but may be flushed."""
+    p, q = abs(k.value), abs(x.value)
+    e = (p * x.error + q * k.error) + k.error * x.error + FLUSHED * (1.0 + p + q)
+    return Ball(k.value * x.value, min(UNKNOWN, e), x)
 
 
 @formula
@@ -160,12 +161,12 @@ def row_of_spot(m, row, spot):
         size += a * (abs(x.value) + x.error)
         moved += a * s
         own += a * (x.error + y.error)
-        flushed += 8.0 * a
+        flushed += 8.0 * a + abs(x.value) + s
         value += m[k + c] * (x.value + y.value)
     more = terms + max(spot.sums - 1.0, 0.0) + spot.products
     terms += spot.later
     rounded = terms * (1.0 + terms * r) * r * size + more * (1.0 + more * r) * r * moved
-    return Ball(value + m[k + 3], min(rounded + own + FLUSHED * flushed, UNKNOWN), p.x)
+    return Ball(value + m[k + 3], min(UNKNOWN, rounded + own + FLUSHED * flushed), p.x)
 
 
 @formula

@@ -74,6 +74,6 @@ def _divided(x):
             return Ball(0.0, UNKNOWN, n)
         q = n.value / t.value
         e = (n.error + abs(q) * t.error) / room + FLUSHED * x.flushed * (1.0 + 1.0 / room)
-        return Ball(q, min(e, UNKNOWN), n)
+        return Ball(q, min(UNKNOWN, e), n)
 
     return divide

@@ -13,3 +13,30 @@ def test_textures_without_compiler_have_the_same_bits(tmp_path):
     plain = digests_of(tmp_path / "plain")
     assert plain
     assert plain == digests_of(render(tmp_path / "compiled", *COMMAND))
+
+
+# Textures of estimators that are written as formulas, of a module's view and a camera's.
+FORMULAS = """import numba, numpy as np
+from lfssao import Camera, RayCaster, builtin_scene, find_display, module_views
+from lfssao.ao.estimators.registry import ESTIMATORS, estimate
+from lfssao.ao.textures import Buffers
+mesh = builtin_scene("statue")
+module = module_views(mesh, find_display("sample-a-conical").with_resolution(8, 6), range(4, 5))[0]
+for view in (Camera.looking_at(mesh.bounds).view(8, 6), module):
+    seen = Buffers.of(RayCaster(mesh, view.cast_from_world).gbuffer(view, None, "geometric"), view).turned("hash")
+    for name, changes in (("oriented-hemisphere", {"range_check": "distance"}), ("oriented-hemisphere", {}),
+                          ("alchemy", {"k": 2.5, "sigma": 9.0})):
+        assert ESTIMATORS[name].formulas
+        points, weights = ESTIMATORS[name].samples(5)
+        made = estimate(name, seen, 1.0, points, weights, **changes).texture
+        print(name, made.dtype, made.tobytes().hex())
+print(numba.config.DISABLE_JIT)"""
+
+
+def test_formulas_without_compiler_have_the_same_bits():
+    compiled = python("-c", FORMULAS).stdout.splitlines()
+    plain = python("-W", "ignore", "-c", FORMULAS, NUMBA_DISABLE_JIT="1").stdout.splitlines()
+    assert [compiled.pop(), plain.pop()] == ["0", "1"]
+    assert len(plain) == 6
+    assert plain == compiled
+    assert len({line.split()[-1] for line in plain}) > 2

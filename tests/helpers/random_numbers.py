@@ -1,0 +1,324 @@
+"""Renderers that round at random within an error model: numbers and a view on which formulas run uncompiled.
+
+A ``Number`` holds one of each renderer, (R, T, n): of R renderers, T texels and n samples, or 1 where all are equal.
+Numbers are real: the result of an operation is off by a relative error that the model allows, often by the largest, and
+by none, so that a product and a sum are also fused. Nothing here knows how balls are computed.
+"""
+
+import sys
+from contextlib import contextmanager
+from functools import reduce
+from operator import add, and_, or_
+
+import numpy as np
+import pytest
+
+from lfssao.core import numbers, vectors
+from lfssao.core.places import Rows
+from lfssao.core.vectors import Vector
+from lfssao.optics.kernels.display import display_module
+from lfssao.optics.kernels.projection import image_of
+
+KINDS = {np.add: "operation", np.subtract: "operation", np.multiply: "operation", np.divide: "quotient",
+         np.sqrt: "root"}  # fmt: skip
+LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
+SMALLEST = 2.0**-126
+
+
+def single(x):
+    """Numbers rounded to float32, as every renderer has them, of three axes."""
+    x = np.asarray(x, np.float64).astype(np.float32).astype(np.float64)
+    return x.reshape((1,) * (3 - x.ndim) + x.shape)
+
+
+class Renderers:
+    """So many renderers, what they do at random, and the words of formulas as they compute them."""
+
+    def __init__(self, rng, count, model):
+        self.rng, self.count, self.model = rng, count, model
+        self.flushes = self.lot(0.5)
+        self.habit = rng.integers(0, 12, (count, 1, 1))  # one of seven, or from 7 on anew for each operation
+
+    def lot(self, chance):
+        """By lot for each renderer."""
+        return self.rng.random((self.count, 1, 1)) < chance
+
+    def within(self, like):
+        """Numbers of [-1, 1] for every renderer."""
+        shape, lots = (self.count, *like.shape[1:]), self.rng.integers(0, 7, (self.count, 1, 1))
+        mode, sign = np.where(self.habit < 7, self.habit, lots), np.sign(like)
+        drawn = self.rng.uniform(-1, 1, shape)
+        return np.choose(mode, [-1.0, 1.0, -sign, sign, 0.0, drawn, np.sign(drawn)])
+
+    def off(self, x, relative, exact=False):
+        """Results that are off by a relative error, or flushed."""
+        made = np.where(exact, x, x * (1 + relative * self.within(x)))
+        return Number(self, self.flushed(made))
+
+    def flushed(self, x):
+        return np.where(self.flushes & (np.abs(x) < SMALLEST), 0.0, x)
+
+    def values(self, x):
+        return x.x if isinstance(x, Number) else single(x)
+
+    def choose(self, x, y, chance=0.5):
+        """One of two for each renderer."""
+        return self.where(self.lot(chance), x, y)
+
+    def where(self, condition, x, y):
+        return Number(self, np.where(condition, self.values(x), self.values(y)))
+
+    def total(self, factors, values):
+        """A sum of products in any order, cut into two sums or not."""
+        order, cut = self.rng.permutation(len(values)), int(self.rng.integers(1, len(values) + 1))
+        products = [self.number(factors[k], None) * values[k] for k in order]
+        return reduce(add, [reduce(add, part) for part in (products[:cut], products[cut:]) if part])
+
+    # Words
+
+    def number(self, x, _like):
+        return x if isinstance(x, Number) else Number(self, single(x))
+
+    def rounded(self, x, times, _like, quotients=0):
+        kinds = [self.model.operation] * times + [self.model.quotient] * quotients
+        return reduce(lambda made, relative: self.off(made.x, relative), kinds, self.number(x, None))
+
+    def alternatives(self, x, y):
+        if isinstance(x, Number) or isinstance(y, Number):
+            return self.choose(x, y)
+        return np.where(self.lot(0.5), x, y)
+
+    def smoothstep(self, x):
+        return self.choose((x * x) * (3 - (x + x)), 3 * (x * x) - 2 * (x * x * x))
+
+    def power(self, x, k):
+        """x^k as exp2(k log2 x), log2 off by 2^-21, below 1/2 by 3 ulp."""
+        if k in (0, 1):
+            return x if k else self.number(1, None)
+        logarithm = np.log2(x.x)
+        near = np.where(x.x >= 0.5, 2.0**-21, 3 * 2.0**-23 * 2.0 ** np.floor(np.log2(np.abs(logarithm))))
+        y = k * Number(self, logarithm + near * self.within(logarithm))
+        constant, slope = self.model.exponential
+        return self.where(x.x > 0, self.off(np.exp2(y.x), constant + slope * np.abs(y.x)), 0)
+
+    def dot(self, a, b):
+        return self.total([a.x, a.y, a.z], [b.x, b.y, b.z])
+
+    @contextmanager
+    def compute(self):
+        """In the block, formulas have these words."""
+        words = numbers.number, numbers.rounded, numbers.alternatives, numbers.smoothstep, numbers.power, vectors.dot
+        own = {word: getattr(self, word.__name__) for word in words} | {display_module: display_module.py_func}
+        with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
+            for module in [each for name, each in sys.modules.items() if name.startswith("lfssao.")]:
+                for word, made in own.items():
+                    if vars(module).get(word.__name__) is word:
+                        patch.setattr(module, word.__name__, made)
+            yield
+
+
+class Number(np.lib.mixins.NDArrayOperatorsMixin):
+    """A number of every renderer."""
+
+    def __init__(self, by, x):
+        self.by, self.x = by, x
+
+    def __array_ufunc__(self, ufunc, method, *inputs):
+        x = [self.by.values(each) for each in inputs]
+        if ufunc not in KINDS:
+            made = ufunc(*x)
+            return made if made.dtype == bool else Number(self.by, made)
+        x = [self.by.flushed(each) for each in x]
+        made, exact = ufunc(*x), False
+        if ufunc not in (np.divide, np.sqrt):  # what a float32 number is, of float32 numbers, is rounded correctly
+            exact = reduce(and_, (each == each.astype(np.float32) for each in (*x, made)))
+            same = (0.0, 1.0, -1.0) if ufunc is np.multiply else (0.0,)
+            exact = reduce(or_, (each == k for each in x for k in same), exact)
+        return self.by.off(made, getattr(self.by.model, KINDS[ufunc]), exact | (made == 0))
+
+    def __array_function__(self, function, types, given, named):
+        assert function is np.where
+        return self.by.where(*given)
+
+    def __mul__(self, other):
+        by_itself = isinstance(other, Vector | Rows | Place)
+        return NotImplemented if by_itself else np.multiply(self, other)
+
+    def __getitem__(self, _all):
+        return self
+
+
+class Table:
+    """An array of an estimator, whose elements are numbers of renderers."""
+
+    def __init__(self, by, array):
+        self.by, self.array, self.shape = by, array, array.shape
+
+    def __getitem__(self, index):
+        return Number(self.by, single(self.array[index]))
+
+
+def lifted(by, estimator):
+    """An estimator whose arrays give numbers of renderers."""
+    return type(estimator)(*(Table(by, x) if isinstance(x, np.ndarray) else x for x in estimator))
+
+
+class Place:
+    """A point and offsets, and rows of each: renderers apply a row to each of them, to point and offset, or the sum."""
+
+    def __init__(self, view, points, offsets, rows):
+        self.view, self.points, self.offsets, self.rows = view, points, offsets, rows
+
+    def __add__(self, other):
+        parts = ((getattr(self, name) + getattr(other, name)) for name in ("points", "offsets", "rows"))
+        return Place(self.view, *parts)
+
+    def __rmul__(self, factor):
+        assert not self.points
+        return Place(self.view, [], *([factor * each for each in parts] for parts in (self.offsets, self.rows)))
+
+    def row(self, k):
+        by, m = self.view.by, self.view.rows[4 * k : 4 * k + 4]
+        each = by.total([1.0] * len(self.rows), [getattr(r, "uvqz"[k]) for r in self.rows])
+        if not self.offsets:
+            return each
+        p = self.points[0]
+        o = reduce(add, [self.offsets[k] for k in by.rng.permutation(len(self.offsets))])
+        both = by.total([*m, *m[:3]], [p.x, p.y, p.z, 1.0, o.x, o.y, o.z])
+        summed = by.total(m, [p.x + o.x, p.y + o.y, p.z + o.z, 1.0])
+        return by.choose(each, by.choose(both, summed), 0.4)
+
+
+class RandomView:
+    """A view with the words of ``lfssao.ao.formulas.Seen``; given: a ``BallView``, of which textures are read.
+
+    shape: (height, width). answer: what ``fork`` answers; asked: where that is right.
+    """
+
+    def __init__(self, by, given, shape, answer=True):
+        self.by, self.given, self.rows, self.lens, self.shape = by, given, given.rows, given.lens, shape
+        self.answer, self.asked = answer, np.array(answer)
+        part = np.clip(0.5 + by.within(np.ones((1, 1, given.depth.size))), 0, 1)[:, 0]
+        with np.errstate(invalid="ignore"):
+            self.surfaces = np.where(given.low < given.high, given.low + part * (given.high - given.low), given.low)
+        self.away = LOOK * by.rng.choice([-1, 0, 1, 0.5], (by.count, given.directions.size))
+
+    def _vector(self, texture, texel):
+        return Vector(*(Number(self.by, single(texture[3 * texel + k])) for k in range(3)))
+
+    def position(self, texel):
+        return self._vector(self.given.positions, texel)
+
+    def normal(self, texel):
+        return self._vector(self.given.normals, texel)
+
+    def direction(self, texel):
+        exact, of = self._vector(self.given.directions, texel), np.arange(self.by.count)[:, None, None]
+        made = [each.x + self.away[of, 3 * texel + k] for k, each in enumerate((exact.x, exact.y, exact.z))]
+        return Vector(*(Number(self.by, x) for x in made))
+
+    def turn(self, texel):
+        return tuple(Number(self.by, single(self.given.turns[k][texel])) for k in range(2))
+
+    def turn_by_angle(self, texel):
+        off = self.by.model.angle if self.given.turned else 0.0
+        return tuple(Number(self.by, part.x + off * self.by.within(part.x)) for part in self.turn(texel))
+
+    def fork(self, condition):
+        self.asked = condition
+        return self.answer
+
+    def row(self, texel):
+        return texel // self.shape[1]
+
+    def column(self, texel):
+        return texel % self.shape[1]
+
+    def surface(self, texel):
+        return Number(self.by, self.surfaces[np.arange(self.by.count)[:, None, None], texel])
+
+    def shows(self, texel):
+        return self.given.depth[texel] < np.inf
+
+    def rightward(self):
+        return self._vector(self.given.axes, np.zeros((1, 1, 1), int))
+
+    def upward(self):
+        return self._vector(self.given.axes, np.ones((1, 1, 1), int))
+
+    def at(self, point):
+        x = [point.x, point.y, point.z, 1.0]
+        rows = [self.by.total(self.rows[4 * k : 4 * k + 4], x) for k in range(4)]
+        return Place(self, [point], [], [Rows(*rows)])
+
+    def along(self, direction):
+        x = [direction.x, direction.y, direction.z]
+        rows = [self.by.total(self.rows[4 * k : 4 * k + 3], x) for k in range(4)]
+        return Place(self, [], [direction], [Rows(*rows)])
+
+    def depth_at(self, place):
+        return place.row(3)
+
+    def depth_along(self, direction):
+        return self.by.total(self.rows[12:15], [direction.x, direction.y, direction.z])
+
+    def image(self, place, z):
+        """The image point of a place, and whether it has one."""
+        again = self.by.choose(z, self.depth_at(place))
+        return image_of(self.given.kind, self.lens, place.row(0), place.row(1), place.row(2), again)
+
+    def look(self, u, v, valid):
+        """Whether an image point lies in the texture, and its texel, (R, T, n)."""
+        off, (height, width) = self.by.model.coordinate, self.shape
+        u, v = (np.floor(each.x + off * self.by.within(each.x)) for each in (u, v))
+        inside = valid & (u >= 0) & (v >= 0) & (u < width) & (v < height)
+        return inside, np.where(inside, v * width + u, 0).astype(int)
+
+
+def summed(view, numbers, here, texel):
+    """The terms of all samples."""
+    place = numbers.place(view, here, np.arange(numbers.points.shape[0]))
+    z = view.depth_at(place)
+    inside, seen = view.look(*view.image(place, z))
+    term = view.by.where(view.shows(seen), numbers.term(view, here, z, texel, seen), numbers.background())
+    return [np.where(inside, term.x, 0.0)]
+
+
+def folded(view, numbers, here, texel):
+    """Rises that all steps add."""
+    s, by, made = np.arange(numbers.points.shape[0]), view.by, []
+    place = numbers.place(view, here, s)
+    u, v, valid = view.image(place, view.depth_at(place))
+    column, row, state = view.column(texel) + 0.5, view.row(texel) + 0.5, numbers.begin(view, here, s)
+    across, down, counts = u - column, v - row, numbers.counts(view, here)
+    for step in range(1, numbers.steps + 1):
+        part = by.off(single(step / numbers.steps), by.model.quotient)
+        inside, seen = view.look(part * across + column, part * down + row, valid)
+        added, after = numbers.step(view, here, state, texel, seen)
+        there = inside & view.shows(seen)
+        made, state = [*made, np.where(there & counts, by.values(added), 0.0)], by.where(there, after, state)
+    return made
+
+
+def occlusion(seed, renderers, model, given, estimator, shape, answer=None):
+    """Occlusion of so many renderers of a model, (R, H, W); given: ``BallView``."""
+    by, texel = Renderers(np.random.default_rng(seed), renderers, model), np.flatnonzero(given.depth < np.inf)
+    texel = texel[None, :, None]
+    made = np.zeros((renderers, given.depth.size))
+    if not texel.size:
+        return made.reshape(-1, *shape)
+    with by.compute():
+        view, numbers = RandomView(by, given, shape, answer is not False), lifted(by, estimator)
+        here = numbers.start(view, texel)
+        parts = (folded if hasattr(estimator, "steps") else summed)(view, numbers, here, texel)
+        terms = np.concatenate(np.broadcast_arrays(*parts, np.zeros((renderers, texel.size, 1)))[:-1], axis=2)
+        order = by.rng.permuted(np.tile(np.arange(terms.shape[2]), (renderers, 1)), axis=1)[:, None]
+        terms = np.take_along_axis(terms, order, axis=2)
+        total = reduce(add, (Number(by, terms[..., s, None]) for s in range(terms.shape[2])))
+        made[:, texel[0, :, 0]] = by.values(numbers.end(total))[..., 0]
+    made, asked = made.reshape(-1, *shape), np.zeros((renderers, given.depth.size), bool)
+    if answer is not None or view.asked.all():
+        return made
+    # Those that would answer no do the same again, at random as before, but for the answer.
+    asked[:, texel[0, :, 0]] = np.broadcast_to(view.asked, (renderers, texel.size, 1))[..., 0]
+    return np.where(asked.reshape(made.shape), made, occlusion(seed, renderers, model, given, estimator, shape, False))

@@ -18,6 +18,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, make_attribute_wrapper, models, overload, register_model
 
+from lfssao.core.doubts import Doubt, doubt
 from lfssao.core.elementary import power as float_power
 from lfssao.core.numbers import (
     INLINED,
@@ -35,7 +36,6 @@ from lfssao.core.numbers import (
     select,
     smaller,
     smoothstep,
-    struct,
     twice,
     within,
 )
@@ -91,7 +91,7 @@ def Ball(value, error, like):  # noqa: N802 - it reads as a type
 
 @formula
 def _flushed(by, size):
-    """What flushing may take from a result of a size; nothing of 0."""
+    """How much flushing may take from a result of a size; nothing of 0."""
     return min(by, _LARGE * size)
 
 
@@ -99,27 +99,6 @@ def _flushed(by, size):
 def exact(x, like):
     """A plain number as a renderer has it, in float32."""
     return Ball(np.float64(np.float32(x)), 0.0, like)
-
-
-def Doubt(may, must):  # noqa: N802
-    """Whether a condition may hold, and whether it must."""
-    return may if may == must else None
-
-
-DoubtType = struct(Doubt, "may", "must")
-_doubt = DoubtType(types.boolean, types.boolean)
-
-
-def doubt_of(condition):
-    """Return a condition, in doubt or not, as one in doubt."""
-    return Doubt(condition, condition)
-
-
-@overload(doubt_of, jit_options=INLINED)
-def _doubt_of(condition):
-    if condition == _doubt:
-        return lambda condition: condition
-    return (lambda condition: Doubt(condition, condition)) if isinstance(condition, types.Boolean) else None
 
 
 @formula
@@ -368,25 +347,6 @@ def _within(x, low, high):
     return held
 
 
-@overload(operator.and_, jit_options=INLINED)
-def _and(x, y):
-    if x == _doubt and y == _doubt:
-        return lambda x, y: Doubt(x.may & y.may, x.must & y.must)
-    if x == _doubt and isinstance(y, types.Boolean):
-        return lambda x, y: Doubt(x.may & y, x.must & y)
-    return (lambda x, y: y & x) if isinstance(x, types.Boolean) and y == _doubt else None
-
-
-@overload(operator.or_, jit_options=INLINED)
-def _or(x, y):
-    return (lambda x, y: Doubt(x.may | y.may, x.must | y.must)) if x == y == _doubt else None
-
-
-@overload(operator.invert, jit_options=INLINED)
-def _not(x):
-    return (lambda x: Doubt(not x.must, not x.may)) if x == _doubt else None
-
-
 @overload(select, jit_options=INLINED)
 def _select_balls(condition, x, y):
     if x == ball and is_plain(y):
@@ -395,14 +355,14 @@ def _select_balls(condition, x, y):
         return lambda condition, x, y: select(condition, exact(x, y), y)
     if not x == y == ball:
         return None
-    if condition == _doubt:
+    if condition == doubt:
         return lambda condition, x, y: x if condition.must else alternatives(x, y) if condition.may else y
     return lambda condition, x, y: x if condition else y
 
 
 @overload(alternatives, jit_options=INLINED)
 def _alternative_doubts(x, y):
-    return (lambda x, y: Doubt(x.may | y.may, x.must & y.must)) if x == y == _doubt else None
+    return (lambda x, y: Doubt(x.may | y.may, x.must & y.must)) if x == y == doubt else None
 
 
 @_rule(alternatives)

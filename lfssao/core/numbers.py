@@ -59,7 +59,10 @@ def _bare(function):
 
 
 def struct(made, *names):
-    """Return the type that calls of ``made`` have in compiled code, of members of these names and any types."""
+    """Return the type that calls of ``made`` have in compiled code, of members of these names and any types.
+
+    Its name must be that of ``made`` and Type, in the same module: by it the cache on disk finds it again.
+    """
 
     class Struct(types.Type):
         def __init__(self, *members):
@@ -70,6 +73,8 @@ def struct(made, *names):
         def __init__(self, dmm, fe_type):
             super().__init__(dmm, fe_type, list(zip(names, fe_type.members, strict=True)))
 
+    Struct.__module__, Struct.__qualname__ = made.__module__, f"{made.__name__}Type"
+    Struct.__name__ = Struct.__qualname__
     register_model(Struct)(Model)
     for name in names:
         make_attribute_wrapper(Struct, name, name)

@@ -67,8 +67,6 @@ def dot(a: Any, b: Any) -> Any:
 def _dot(a, b):
     if a == b == VectorType(ball, ball, ball):
         return _dot_of_balls
-    if isinstance(b, QuotientsType):
-        return lambda a, b: dot(a, b.a) / b.t
     return lambda a, b: (a.x * b.x + a.y * b.y) + a.z * b.z
 
 
@@ -82,32 +80,6 @@ def _dot_of_balls(a, b):
         size += (p + x.error) * (q + y.error)
         flushed += p + q
     return Ball(value, min(UNKNOWN, own + 3.0 * (1.0 + 3.0 * r) * r * size + min(FLUSHED * flushed, size)), a.x)
-
-
-def over(a: Any, t: Any) -> Any:
-    """Return a / t, to be taken in ``dot``; of balls t is the same number in all three quotients."""
-    return Vector(a.x / t, a.y / t, a.z / t)
-
-
-def Quotients(a, t):  # noqa: N802 - it reads as a type
-    """The quotients a / t of balls, whose roundings are counted as those of a."""
-
-
-QuotientsType = struct(Quotients, "a", "t")
-
-
-@overload(over, jit_options=INLINED)
-def _over(a, t):
-    if t != ball:
-        return lambda a, t: Vector(a.x / t, a.y / t, a.z / t)
-    return lambda a, t: Quotients(Vector(_quotient(a.x, t), _quotient(a.y, t), _quotient(a.z, t)), t)
-
-
-@formula
-def _quotient(a, t):
-    """A number that a quotient by t rounds."""
-    e = a.quotient * (abs(a.value) + a.error) + FLUSHED * (1.0 + abs(t.value) + t.error)
-    return Ball(a.value, a.error + e if abs(a.value) + a.error > 0.0 else 0.0, a)
 
 
 @formula

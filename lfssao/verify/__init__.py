@@ -6,5 +6,5 @@
     kit                    small cases of every stage, their specification, and the folder that holds them
     testing                an assertion, a pytest plugin and hypothesis strategies for other projects
 
-An estimator gets intervals by a kernel in ``bounds/kernels`` and an entry of ``bounds.points.BOUNDED``.
+An estimator that is written as formulas (``lfssao.ao.formulas``) has intervals by that (``bounds.points``).
 """

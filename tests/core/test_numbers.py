@@ -1,9 +1,12 @@
 """Formulas of floats have the bits of Python's operators on NumPy's numbers."""
 
+import pickle
+
 import numpy as np
 import pytest
 from number_forms import operations, several
 
+from lfssao.core import balls, doubts, places, quotients, vectors
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import as_float, number, plain, rounded, select
 
@@ -47,3 +50,11 @@ def test_words_of_python():
         assert rounded(0.1, 3, x) == x
         assert isinstance(select(x > 0, x, 1), type(x))
         assert isinstance(select(x < 0, x, 1), type(x))
+
+
+def test_types_of_values_are_found_again_by_the_cache_on_disk():
+    """Numba writes the types of a kernel beside its code: a second process must read the same ones."""
+    vector = vectors.VectorType(balls.ball, balls.ball, balls.ball)
+    for kind in (vector, places.RowsType(*[balls.ball] * 4), doubts.doubt, quotients.QuotientType(*[balls.ball] * 3)):
+        assert type(pickle.loads(pickle.dumps(kind))) is type(kind)
+    assert places.SpotType is pickle.loads(pickle.dumps(places.SpotType))

@@ -23,6 +23,7 @@ KINDS = {np.add: "operation", np.subtract: "operation", np.multiply: "operation"
          np.sqrt: "root"}  # fmt: skip
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 SMALLEST = 2.0**-126
+WORDS = "number", "rounded", "alternatives", "smoothstep", "power", "twice"
 
 
 def single(x):
@@ -88,6 +89,9 @@ class Renderers:
             return self.choose(x, y)
         return np.where(self.lot(0.5), x, y)
 
+    def twice(self, x):
+        return Number(self, 2 * x.x)
+
     def smoothstep(self, x):
         return self.choose((x * x) * (3 - (x + x)), 3 * (x * x) - 2 * (x * x * x))
 
@@ -107,7 +111,7 @@ class Renderers:
     @contextmanager
     def compute(self):
         """In the block, formulas have these words."""
-        words = numbers.number, numbers.rounded, numbers.alternatives, numbers.smoothstep, numbers.power, vectors.dot
+        words = [getattr(numbers, name) for name in WORDS] + [vectors.dot]
         own = {word: getattr(self, word.__name__) for word in words} | {display_module: display_module.py_func}
         with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
             for module in [each for name, each in sys.modules.items() if name.startswith("lfssao.")]:
@@ -172,6 +176,9 @@ class Place:
     def __add__(self, other):
         parts = ((getattr(self, name) + getattr(other, name)) for name in ("points", "offsets", "rows"))
         return Place(self.view, *parts)
+
+    def __sub__(self, other):
+        return self + (-1.0) * other
 
     def __rmul__(self, factor):
         assert not self.points
@@ -277,11 +284,12 @@ class RandomView:
 
 def summed(view, numbers, here, texel):
     """The terms of all samples."""
-    place = numbers.place(view, here, np.arange(numbers.points.shape[0]))
+    s = np.arange(numbers.points.shape[0])
+    place, counts = numbers.place(view, here, s), getattr(numbers, "counts", lambda _view, _here: True)(view, here)
     z = view.depth_at(place)
     inside, seen = view.look(*view.image(place, z))
-    term = view.by.where(view.shows(seen), numbers.term(view, here, z, texel, seen), numbers.background())
-    return [np.where(inside, term.x, 0.0)]
+    term = view.by.where(view.shows(seen), numbers.term(view, here, s, z, texel, seen), numbers.background())
+    return [np.where(inside & counts, term.x, 0.0)]
 
 
 def folded(view, numbers, here, texel):

@@ -35,6 +35,8 @@ VARIANTS = {
         "randomize": [False, True],
     },
 }  # fmt: skip
+VARIANTS |= {f"vo-{of}": {"thickness": [0.0, 0.1], "randomize": [False, True]}
+             for of in ("points", "points-normal", "lines", "lines-normal")}  # fmt: skip
 BEFORE = {"oriented-hemisphere": "bias"}
 
 

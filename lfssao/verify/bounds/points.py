@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.horizon import ZENITH
-from lfssao.ao.estimators.registry import find_estimator
+from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.ao.textures import Buffers
 from lfssao.core.balls import SAFETY
 from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
@@ -49,11 +49,16 @@ def point_bounds(
     are (n, 3) in the unit ball or (n, 2) in the unit disk, weights (n,), read by VO; options are all of the estimator's
     parameters. InputError if there is no such model; an exact one has one right value and no bounds here.
     """
-    if name not in BOUNDED or (find_estimator(name).reads_normals(options) and seen.normals is None):
+    if not has_bounds(name) or (find_estimator(name).reads_normals(options) and seen.normals is None):
         return None
     samples = np.asarray([] if points is None else points, np.float64)
     given = Problem(seen, samples, weights, options, find_model(model))
-    return BOUNDED[name](given, radius)
+    return BOUNDED[name](given, radius) if name in BOUNDED else _formulas(given, radius, name=name, largest=LIMITLESS)
+
+
+def has_bounds(name: str) -> bool:
+    """Whether intervals of an estimator other than ``lf`` are known: of all that are written as formulas."""
+    return name in BOUNDED or (name in ESTIMATORS and find_estimator(name).formulas is not None)
 
 
 def _hidden_points(given: Problem, radius: float, *, half: bool) -> Bounds:
@@ -113,7 +118,7 @@ def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0,
     return Bounds(up_to_single(lower), down_to_single(upper), sums[2].astype(np.int32))
 
 
-# Estimators whose intervals are known.
+# Estimators whose intervals are not those of their formulas alone, or are narrower by what is known of a term.
 BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "point": partial(_hidden_points, half=False),
     "hemisphere": partial(_hidden_points, half=True),

@@ -14,7 +14,7 @@ from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import Bounds, Texture, exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bounds_of
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.points import BOUNDED, point_bounds
+from lfssao.verify.bounds.points import has_bounds, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
 from lfssao.verify.bounds.ssao import ao_bounds, image_depth
 from lfssao.verify.bounds.stored import Stored
@@ -34,7 +34,7 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
         if "view" in parameters:
             depth, room = image_depth(described_view(parameters), depth, model)
         return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back, turns, room)
-    if name not in BOUNDED or model.exact or positions is None:
+    if not has_bounds(name) or model.exact or positions is None:
         return None
     seen = Buffers(described_view(parameters), depth, positions, inputs.get("normals"), turns)
     points, weights = inputs.get("points"), inputs.get("weights")

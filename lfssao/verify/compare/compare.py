@@ -13,7 +13,7 @@ from lfssao.core.memory import check_available
 from lfssao.core.threads import ahead
 from lfssao.errors import InputError, check_type, shown
 from lfssao.verify.bounds.error_model import find_model
-from lfssao.verify.bounds.points import BOUNDED
+from lfssao.verify.bounds.points import has_bounds
 from lfssao.verify.bounds.stored import LINEAR
 from lfssao.verify.case import VIEW, Array, Arrays, Case
 from lfssao.verify.compare.agreement import parts_of
@@ -190,8 +190,9 @@ class Comparison:
             detail = f"{self._mine.path} has no file of it, such as {module}.exr or {module}_LAYER.npy"
             self._results.append(Result(module, "", Verdict.MISSING, detail))
             return
-        if case.stage == VIEW and case.parameters["estimator"] not in ("lf", *BOUNDED):
-            self._unbounded = case.parameters["estimator"]
+        name = case.parameters["estimator"] if case.stage == VIEW else "lf"
+        if name != "lf" and not has_bounds(name):
+            self._unbounded = name
         matcher = Matcher(parts, reference, self._storage.rules)
         found = self._found(module, matcher, reference)
         wanted = [layer for layer in reference if self._wanted is None or layer.name in self._wanted]

@@ -38,7 +38,8 @@ from lfssao.ao.estimators.vo.volume import (
 )
 from lfssao.ao.textures import Buffers
 from lfssao.core.numbers import larger, number, rounded, select, smaller
-from lfssao.core.vectors import Vector, cross, dot, over
+from lfssao.core.quotients import divided, over
+from lfssao.core.vectors import cross, dot
 
 
 class Lines(NamedTuple):
@@ -70,7 +71,8 @@ class Lines(NamedTuple):
         c, s = c * cosine + s * sine, s * cosine - c * sine
         e, f, n = c * a + s * b, s * a - c * b, view.normal(texel)
         deep = radius * view.depth_along(w)
-        slopes = over(Vector(dot(n, e), dot(n, f), number(0, deep)), larger(EDGE_ON, -dot(n, w)))
+        towards = larger(EDGE_ON, -dot(n, w))
+        slopes = over(dot(n, e), towards), over(dot(n, f), towards)
         images = view.at(view.position(texel)), radius * view.along(e), radius * view.along(f)
         return images, deep, 1 / deep, slopes
 
@@ -85,9 +87,9 @@ class Lines(NamedTuple):
 
     def term(self, view: Any, here: Any, s: Any, z: Any, texel: Any, seen: Any) -> Any:
         """The hidden length, weighted."""
-        _, _, steep, slopes = here
+        _, _, steep, (slope_e, slope_f) = here
         d, half = (view.surface(seen) - z) * steep, number(self.half[s], z)
-        plane = dot(Vector(number(self.points[s, 0], z), number(self.points[s, 1], z), number(0, z)), slopes)
+        plane = divided(self.points[s, 0] * slope_e + self.points[s, 1] * slope_f)
         top = select(self.tangent, smaller(half, plane), half)
         back = select(self.thickness < np.inf, smaller(top, d + rounded(self.thickness, 6, z)), top)
         return rounded(self.weights[s], 5, z) * larger(0, back - larger(-half, d))

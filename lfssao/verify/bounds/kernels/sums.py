@@ -6,7 +6,8 @@ the box touches, or none; the sample's term lies between the least and the large
 
 import numpy as np
 
-from lfssao.core.balls import SAFETY, UNKNOWN, doubt_of
+from lfssao.core.balls import SAFETY, UNKNOWN
+from lfssao.core.doubts import doubt_of
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import number
 from lfssao.core.places import row_of_spot

@@ -13,6 +13,7 @@ import lfssao
 from lfssao import Buffers, Camera, RayCaster, builtin_scene, make_samples
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate
 from lfssao.cli.main import main
+from lfssao.verify.verdict import Verdict
 
 NAME, RADIUS = "crytek-sphere", 0.2
 
@@ -37,7 +38,9 @@ def test_its_bits_are_those_of_the_formula(seen):
     m, axis = view.world_to_image.numbers.reshape(4, 4), view.cast_from_world[2]
     made = estimate(NAME, seen, RADIUS, points).texture
     reach, total = RADIUS * np.linalg.norm(axis[:3]), np.zeros(made.shape)
-    cast = np.append(seen.positions, np.ones((*made.shape, 1)), axis=2) @ axis
+    there = np.isfinite(seen.depth)[..., None]
+    cast = np.append(np.where(there, seen.positions, 0), np.ones((*made.shape, 1)), axis=2) @ axis
+    cast = np.where(there[..., 0], cast, np.inf)
     for (j, i), (x, y, z) in product(np.argwhere(np.isfinite(seen.depth)), points):
         c, s = seen.turns[:, j, i].astype(float)
         place = seen.positions[j, i] + RADIUS * np.array([x * c - y * s, x * s + y * c, z])
@@ -64,7 +67,9 @@ def test_it_is_listed_rendered_compared_and_named(tmp_path, capsys):
     assert "reach=1.0" in capsys.readouterr().out
     job = "--estimator", NAME, "--camera", "--resolution", "64x48", "--radii", "6%", "--layers", "depth,positions,ao"
     reference, other = render(tmp_path / "a", "statue", *job), render(tmp_path / "b", "statue", *job)
-    assert lfssao.compare(other, reference).results[0].verdict
+    assert {each.verdict for each in lfssao.compare(other, reference).results} == {Verdict.EQUAL_BITS}
     mine = render(tmp_path / "c", "statue", *job, "--parameter", "reach=0.25")
     (wrong,) = [each for each in lfssao.compare(mine, reference).results if each.layer == "ao_1"]
-    assert "reach" in str(wrong.causes)
+    assert wrong.interval
+    assert (wrong.diagnosis.candidates[0].kind, wrong.diagnosis.fits) == ("reach", True)
+    assert wrong.diagnosis.candidates[0].values == pytest.approx([0.25], rel=0.01)

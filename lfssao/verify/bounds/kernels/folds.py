@@ -8,8 +8,10 @@ nothing is added, and the state stays.
 import numpy as np
 
 from lfssao.core.balls import SAFETY, UNKNOWN, ball_between
+from lfssao.core.doubts import doubt_of
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import number
+from lfssao.verify.bounds.kernels.ball_view import answering
 from lfssao.verify.bounds.kernels.images import Projected, widen
 from lfssao.verify.bounds.kernels.seen import box_of, texel_of
 from lfssao.verify.bounds.kernels.sums import image_at
@@ -54,21 +56,34 @@ def _march(view, seen, estimator, here, texel, s, most_added):
     return least, most, doubt
 
 
+@kernel
+def _bound_texel(view, seen, estimator, most_added, texel):
+    """The least and the largest sum of a texel's steps, and its steps in doubt."""
+    low, high, doubt = 0.0, 0.0, 0.0
+    here = estimator.start(view, texel)
+    counts = doubt_of(estimator.counts(view, here))
+    for s in range(estimator.points.shape[0] if counts.may else 0):
+        least, most, more = _march(view, seen, estimator, here, texel, s, most_added)
+        low, high, doubt = low + (least if counts.must else 0.0), high + most, doubt + more
+    return low, high, doubt
+
+
 @kernel(rows="seen.depth")
 def bound_folds(begin, stop, seen, view, estimator, most_added, sums):
     """Write the least and the largest sum of every texel's steps, and its steps in doubt, (3, H, W) float64.
 
     view: ``BallView``. most_added: no step adds more, as far as is known.
     """
+    asked = np.zeros(1)
+    one, other = answering(view, 0, asked), answering(view, 1, asked)
     for j in range(begin, stop):
         for i in range(view.width):
             texel = j * view.width + i
             if not view.shows(texel):
                 continue
-            here = estimator.start(view, texel)
-            counts = estimator.counts(view, here)
-            for s in range(estimator.points.shape[0] if counts.may else 0):
-                least, most, doubt = _march(view, seen, estimator, here, texel, s, most_added)
-                sums[0, j, i] += least if counts.must else 0.0
-                sums[1, j, i] += most
-                sums[2, j, i] += doubt
+            asked[0] = 0.0
+            low, high, doubt = _bound_texel(one, seen, estimator, most_added, texel)
+            if asked[0] > 0.0:
+                least, most, more = _bound_texel(other, seen, estimator, most_added, texel)
+                low, high, doubt = min(low, least), max(high, most), max(doubt, more)
+            sums[0, j, i], sums[1, j, i], sums[2, j, i] = low, high, doubt

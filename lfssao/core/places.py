@@ -146,9 +146,9 @@ def row_of_spot(m, row, spot):
 
     The row has n coefficients and a constant or none, c = 1 or 0. Applied to the point and to the offset, in any order,
     or to their sum, it rounds each of its terms once as a product and 2 n + c - 1 times on its way through the sums at
-    most. Each vector more that is added to an offset adds one sum, and each factor of an offset before one rounding; to
-    the point each vector does, the first one to spare, for sums with 0 where coefficients are 0. So a term t is off by
-    T r (1 + T r) abs(t), of T roundings, if T r < 2^-10.
+    most. Each vector more that is added to an offset adds one sum, and each factor of an offset before one rounding.
+    Where there are several, each that is added to the point counts for it, too, the first one to spare, for sums with 0
+    where coefficients are 0. So a term t is off by T r (1 + T r) abs(t), of T roundings, if T r < 2^-10.
     """
     k = 4 * row
     p, o, r, (size_x, size_y, size_z) = spot.point, spot.offset, spot.point.x.operation, spot.sizes
@@ -164,7 +164,7 @@ def row_of_spot(m, row, spot):
         flushed += 8.0 * a + abs(x.value) + s
         value += m[k + c] * (x.value + y.value)
     more = terms + max(spot.sums - 1.0, 0.0) + spot.products
-    terms += spot.later
+    terms += spot.later if spot.sums > 1.0 else 0.0
     rounded = terms * (1.0 + terms * r) * r * size + more * (1.0 + more * r) * r * moved
     return Ball(value + m[k + 3], min(UNKNOWN, rounded + own + FLUSHED * flushed), p.x)
 

@@ -175,7 +175,7 @@ ENTRIES = (
         integrand=("uniform", "quadratic"),
         count=64,
         normals=True,
-        texel_bytes=28,
+        texel_bytes=24,
         turns=True,
     ),
 )

@@ -92,7 +92,7 @@ class Lines(NamedTuple):
         plane = divided(self.points[s, 0] * slope_e + self.points[s, 1] * slope_f)
         top = select(self.tangent, smaller(half, plane), half)
         back = select(self.thickness < np.inf, smaller(top, d + rounded(self.thickness, 6, z)), top)
-        return rounded(self.weights[s], 5, z) * larger(0, back - larger(-half, d))
+        return rounded(self.weights[s], 5, z) * larger(0, back - larger(d, -half))
 
     def background(self) -> Any:
         """The term of a line before background."""

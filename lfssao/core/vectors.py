@@ -79,7 +79,7 @@ def _dot_of_balls(a, b):
         own += (p * y.error + q * x.error) + x.error * y.error
         size += (p + x.error) * (q + y.error)
         flushed += p + q
-    return Ball(value, min(UNKNOWN, own + 3.0 * (1.0 + 3.0 * r) * r * size + min(FLUSHED * flushed, size)), a.x)
+    return Ball(value, min(UNKNOWN, own + 3.0 * (1.0 + 3.0 * r) * r * size + min(FLUSHED * flushed, 4.0 * size)), a.x)
 
 
 @formula

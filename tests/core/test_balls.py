@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from number_forms import operations, several
 
-from lfssao.core.balls import SAFETY, Ball, ball_of
+from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_of
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import formula, is_finite
 from lfssao.core.places import offset_spot, point_spot, row_of_spot
@@ -242,11 +242,15 @@ def is_held(compared, doubts):
 
 def test_renderers_lie_in_balls(seen):
     _, _, (found, doubts), made, compared = seen
-    exact, known = np.vectorize(Fraction, otypes=[object]), found[..., 1] < np.inf
+    exact, known = np.vectorize(Fraction, otypes=[object]), found[..., 1] < UNKNOWN / 4
     limit = exact(np.where(known, found[..., 1] * SAFETY, 0))[:, None]
     assert not ((abs(made - exact(found[..., 0])[:, None]) > limit) & known[:, None]).any()
     assert known.mean() > 0.9
     assert is_held(compared, doubts).all()
+
+
+# Dot products with 0 and 1, whose roundings are counted and not made.
+CONSTANT = {32, 33, 34, 35}
 
 
 @pytest.mark.parametrize("operand", range(7))
@@ -259,6 +263,7 @@ def test_some_renderer_lies_outside_of_each_smaller_ball(seen, operand):
     changed, doubted = (narrow != found).any(axis=(0, 2)), (fewer != doubts).any(axis=(0, 2))
     off = abs(made.astype(float) - narrow[:, None, :, 0]) > narrow[:, None, :, 1] * SAFETY
     assert changed.sum() >= 7
+    changed[list(CONSTANT)] = False
     assert off.any(axis=(0, 1))[changed].all()
     assert not is_held(compared, fewer).all(axis=(0, 1))[doubted].any()
     assert doubted[:-1].all() == (operand < 2)
@@ -267,19 +272,19 @@ def test_some_renderer_lies_outside_of_each_smaller_ball(seen, operand):
 def test_what_is_unknown_stays_unknown():
     """Whatever it meets, 0 among it; but smoothstep is of numbers from 0 to 1, and a decision's other way is free."""
     given = np.tile([[2.0, 0.5], [0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [0.0, 0.0], [-3.0, 1.0]], (7, 1, 1))
-    given[range(6), range(6), 1] = np.inf
+    given[range(6), range(6), 1] = UNKNOWN
     made, doubts = bounds(given, np.ones((7, 4)), ERRORS)
     assert not np.isnan(made).any()
     assert (abs(made[..., 0]) < np.inf).all()
     affected = (made[:6] != made[6]).any(axis=2)
     assert affected.sum() > 80
-    assert set(np.argwhere(affected & (made[:6, :, 1] < np.inf))[:, 1]) <= {*SELECTED, SMOOTH}
+    assert set(np.argwhere(affected & (made[:6, :, 1] < UNKNOWN / 4))[:, 1]) <= {*SELECTED, SMOOTH}
     assert (doubts[:2, :-1, 0] & ~doubts[:2, :-1, 1]).all()
     assert not doubts[0, -1, 1]
 
 
 def test_zero_is_exact():
     made, doubts = bounds(np.zeros((1, 6, 2)), np.zeros((1, 4)), ERRORS)
-    assert set(np.flatnonzero(made[0, :, 1])) == OF_OTHERS
+    assert set(np.flatnonzero(made[0, :, 1])) == OF_OTHERS | {5, 6}
     assert set(np.flatnonzero(made[0, :, 0])) <= OF_OTHERS | {5, 6, 17}
     assert (doubts[..., 0] == doubts[..., 1]).all()

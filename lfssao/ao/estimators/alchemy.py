@@ -75,6 +75,10 @@ class Alchemy(NamedTuple):
         image = view.at(c), view.along(self.radius * e), view.along(self.radius * f)
         return c, n, self.beta * larger(0, far), view.turn_by_angle(texel), image
 
+    def counts(self, view: Any, here: Any) -> Any:
+        """Every texel with a surface has samples."""
+        return True
+
     def place(self, view: Any, here: Any, s: Any) -> Any:
         """The image of tap s, turned."""
         _, _, _, (cosine, sine), (p, e, f) = here

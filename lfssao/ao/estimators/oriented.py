@@ -80,6 +80,10 @@ class Hemisphere(NamedTuple):
         p, radius = view.at(view.position(texel)), self.radius
         return view.depth_at(p), p, radius * view.along(t), radius * view.along(cross(n, t)), radius * view.along(n)
 
+    def counts(self, view: Any, here: Any) -> Any:
+        """Every texel with a surface has samples."""
+        return True
+
     def place(self, view: Any, here: Any, s: Any) -> Any:
         """The image of C + R (x t + y b + z n)."""
         _, p, t, b, n = here

@@ -170,8 +170,8 @@ PASSES = {
     "bilateral": (blurred, dict(operation=35.556, quotient=1.333)),
     "remap": (lambda m: sum(sign * points._remapped(np.float32([0.75]), m, sign)[0] for sign in (-1, 1)),
               dict(operation=1)),
-    "two radii": (lambda m: width(points._hidden_volume(Given(options=TWO_RADII, model=m), 1.0, at=lambda *_: exactly(FLAT))),
-                  dict(operation=4)),
+    "two radii": (lambda m: width(points._hidden_volume(
+        Given(options=TWO_RADII, model=m), 1.0, at=lambda *_: exactly(FLAT))), dict(operation=4)),
     "depth by the mesh": (lambda m: by_mesh(m, depth.depth_bounds), dict(operation=16 * 9 * 3 / 19)),
     "colour by the mesh": (lambda m: by_mesh(m, depth.color_bounds), dict(operation=8)),
     "depth": (lambda m: width(depth.depth_bounds_of(RAMP[None], m)), dict(operation=80, centre=8)),

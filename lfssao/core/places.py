@@ -147,7 +147,7 @@ def row_of_spot(m, row, spot):
     The row has n coefficients and a constant or none, c = 1 or 0. Applied to the point and to the offset, in any order,
     or to their sum, it rounds each of its terms once as a product and 2 n + c - 1 times on its way through the sums at
     most. Each vector more that is added to an offset adds one sum, and each factor of an offset before one rounding.
-    Where there are several, each that is added to the point counts for it, too, the first one to spare, for sums with 0
+    Several vectors count for the point, too, each that is added to it, the first one to spare, for sums with 0
     where coefficients are 0. So a term t is off by T r (1 + T r) abs(t), of T roundings, if T r < 2^-10.
     """
     k = 4 * row

@@ -86,8 +86,7 @@ class Summed(Protocol):
         """Numbers, vectors and images that are made once a texel, a tuple."""
 
     def counts(self, view: Any, here: Any) -> Any:
-        """Whether the texel has samples: not written, it has. Else its occlusion is 0, and no sample is outside."""
-        return True
+        """Whether the texel has samples. Else its occlusion is 0, and no sample is outside."""
 
     def place(self, view: Any, here: Any, s: Any) -> Any:
         """The image of sample s of a texel; here: the texel's ``start``."""
@@ -137,7 +136,7 @@ class Folded(Protocol):
 for _protocol in (Seen, Summed, Folded):
     for _name, _function in vars(_protocol).items():
         if callable(_function) and not _name.startswith("_"):
-            method(_function, _function if _name == "counts" else None)
+            method(_function)
 
 
 def cast_depth(buffers: Buffers) -> Texture:

@@ -42,6 +42,7 @@ from lfssao.core.numbers import (
 
 FLUSHED = 2.0**-124  # four flushed numbers: an operation's operands and its result, and one to spare
 SAFETY = 1.0 + 2.0**-20
+TINY = 2.0**-149  # added to sizes, so that 0 times what is unknown is beyond all float32 numbers, as it may be NaN
 UNKNOWN = 2.0**400  # an error of a number of which nothing is known; its square is finite
 _LARGE = 2.0**126
 
@@ -152,7 +153,7 @@ def _sub(x, y):
 def _mul(x, y):
     """(x + e)(y + f) = x y + (x f + y e + e f)."""
     p, a, b = x.value * y.value, abs(x.value), abs(y.value)
-    e = (a * y.error + b * x.error) + x.error * y.error
+    e = ((a + TINY) * y.error + (b + TINY) * x.error) + x.error * y.error
     size = abs(p) + e
     return Ball(p, min(UNKNOWN, e + x.operation * size + _flushed(FLUSHED * (1.0 + a + b), size)), x)
 

@@ -39,14 +39,11 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 formula: Callable[[_F], _F] = register_jitable(**INLINED)
 
 
-def method(function: Any, missing: Any = None) -> None:
-    """Let compiled code call the methods of this name, and with these parameters, of any NamedTuple.
-
-    missing: the method of a tuple that has none.
-    """
+def method(function: Any) -> None:
+    """Let compiled code call the methods of this name, and with these parameters, of any NamedTuple."""
 
     def typed(self, *_arguments):
-        found = getattr(self.instance_class, function.__name__, missing)
+        found = getattr(self.instance_class, function.__name__, None)
         return _bare(found) if found else None
 
     typed.__signature__ = inspect.signature(_bare(function))  # type: ignore[attr-defined]

@@ -10,7 +10,7 @@ import operator
 import numpy as np
 from numba.extending import overload
 
-from lfssao.core.balls import FLUSHED, UNKNOWN, Ball, ball
+from lfssao.core.balls import FLUSHED, TINY, UNKNOWN, Ball, ball
 from lfssao.core.numbers import INLINED, formula, is_plain, struct
 from lfssao.core.vectors import Vector
 
@@ -83,7 +83,7 @@ def offset_spot(o):
 def _product(k, x):
     """A product that is not rounded, but may be flushed."""
     p, q = abs(k.value), abs(x.value)
-    e = (p * x.error + q * k.error) + k.error * x.error + FLUSHED * (1.0 + p + q)
+    e = ((p + TINY) * x.error + (q + TINY) * k.error) + k.error * x.error + FLUSHED * (1.0 + p + q)
     return Ball(k.value * x.value, min(UNKNOWN, e), x)
 
 
@@ -167,12 +167,3 @@ def row_of_spot(m, row, spot):
     terms += spot.later if spot.sums > 1.0 else 0.0
     rounded = terms * (1.0 + terms * r) * r * size + more * (1.0 + more * r) * r * moved
     return Ball(value + m[k + 3], min(UNKNOWN, rounded + own + FLUSHED * flushed), p.x)
-
-
-@formula
-def mirrored(offset, side):
-    """The offset, a Spot, for a side of 1, and for -1 its mirror image; no sign is rounded."""
-    o = offset.offset
-    moved = Vector(Ball(side * o.x.value, o.x.error, o.x), Ball(side * o.y.value, o.y.error, o.x),
-                   Ball(side * o.z.value, o.z.error, o.x))  # fmt: skip
-    return Spot(offset.point, moved, offset.sizes, offset.points, offset.later, offset.sums, offset.products)

@@ -6,7 +6,7 @@ from typing import Any
 
 from numba.extending import overload
 
-from lfssao.core.balls import FLUSHED, UNKNOWN, Ball, ball
+from lfssao.core.balls import FLUSHED, TINY, UNKNOWN, Ball, ball
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import INLINED, formula, number, struct
 
@@ -76,7 +76,7 @@ def _dot_of_balls(a, b):
     for x, y in ((a.x, b.x), (a.y, b.y), (a.z, b.z)):
         p, q = abs(x.value), abs(y.value)
         value += x.value * y.value
-        own += (p * y.error + q * x.error) + x.error * y.error
+        own += ((p + TINY) * y.error + (q + TINY) * x.error) + x.error * y.error
         size += (p + x.error) * (q + y.error)
         flushed += p + q
     return Ball(value, min(UNKNOWN, own + 3.0 * (1.0 + 3.0 * r) * r * size + min(FLUSHED * flushed, 4.0 * size)), a.x)

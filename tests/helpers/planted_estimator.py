@@ -38,6 +38,10 @@ class Sphere(NamedTuple):
         c = view.at(view.position(texel))
         return view.depth_at(c), c, view.turn(texel)
 
+    def counts(self, view: Any, here: Any) -> Any:
+        """Every texel with a surface has samples."""
+        return True
+
     def place(self, view: Any, here: Any, s: Any) -> Any:
         """The image of C + R s."""
         _, c, (cosine, sine) = here

@@ -20,7 +20,7 @@ from lfssao.verify.bounds import depth, points, post, sao, stored
 from lfssao.verify.bounds.bounds import exactly
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.kernels import point_bounds, sao_bounds, seen
-from lfssao.verify.bounds.kernels.images import Errors, exact, exact_vector
+from lfssao.verify.bounds.kernels.images import Errors, certain, certain_vector
 
 UNIT, ULP, QUARTER = 2.0**-30, 2.0**-23, np.float32([0.25])
 SLITS = np.array([1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0.5, 1.5, -0.5, 0, 0])  # a crossed-slits mapping
@@ -47,14 +47,14 @@ def half(ends):
 @kernel
 def normal_at(seen, given, row, column, place, by, found):
     """The normal of a texel at a place, and whether it is sure, into found, (4,)."""
-    normal, sure = sao_bounds.normal_of(seen, given, row, column, exact_vector(place, by))
+    normal, sure = sao_bounds.normal_of(seen, given, row, column, certain_vector(place, by))
     found[0], found[1], found[2], found[3] = normal.x.value, normal.y.value, normal.z.value, sure
 
 
 @kernel
 def reaches_at(given, shape, row, column, by, found):
     """The texels in a radius at z = 0, across and down, into found, (2,)."""
-    across, down = sao_bounds.reaches_of(given, shape, row, column, exact(0.0, by))
+    across, down = sao_bounds.reaches_of(given, shape, row, column, certain(0.0, by))
     found[0], found[1] = across.value, down.value
 
 

@@ -27,7 +27,7 @@ from lfssao.core.vectors import Vector
 from lfssao.samples import make_samples
 from lfssao.verify.bounds.error_model import MODELS, find_model
 from lfssao.verify.bounds.kernels import point_bounds as kernels
-from lfssao.verify.bounds.kernels.images import exact, exact_vector, map_positions
+from lfssao.verify.bounds.kernels.images import certain, certain_vector, map_positions
 from lfssao.verify.bounds.points import BOUNDED, point_bounds
 from lfssao.verify.bounds.view import occlusion_bounds
 from lfssao.verify.kit.views import view_numbers
@@ -41,7 +41,7 @@ COUNTED = [name for name in BOUNDED if find_estimator(name).default_samples()[0]
 def in_range(places, far, radius, by, may, must):
     """``point_bounds.in_range`` of pairs of places, (n, 3)."""
     for k in range(len(places)):
-        found = kernels.in_range(exact_vector(places[k], by), exact_vector(far[k], by), radius, by)
+        found = kernels.in_range(certain_vector(places[k], by), certain_vector(far[k], by), radius, by)
         may[k], must[k] = found.may, found.must
 
 
@@ -49,10 +49,10 @@ def in_range(places, far, radius, by, may, must):
 def is_below(offset, normals, by, may, must):
     """``point_bounds.is_below`` of an offset and normals, (n, 3)."""
     x, y, z = offset
-    like, off = exact(0.0, by), by.offset
+    like, off = certain(0.0, by), by.offset
     made = offset_spot(Vector(Ball(x, off * abs(x), like), Ball(y, off * abs(y), like), Ball(z, off * abs(z), like)))
     for k in range(len(normals)):
-        found = kernels.is_below(made, exact_vector(normals[k], by))
+        found = kernels.is_below(made, certain_vector(normals[k], by))
         may[k], must[k] = found.may, found.must
 
 

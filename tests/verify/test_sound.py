@@ -20,7 +20,7 @@ from lfssao.verify.bounds import post, ssao
 from lfssao.verify.bounds.bounds import exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds, depth_bounds, displaced, stray_limit
 from lfssao.verify.bounds.error_model import MODELS
-from lfssao.verify.bounds.kernels.images import exact, linear_room
+from lfssao.verify.bounds.kernels.images import certain, linear_room
 from lfssao.verify.bounds.kernels.point_bounds import trace_samples
 
 EXAMPLES, RENDERERS = 100, 90  # not as many as samples: arrays are told apart by that
@@ -138,7 +138,7 @@ def test_no_renderer_that_compares_distances_leaves_the_bounds(planes, seed, nam
 def rooms(numbers, depths, by, room):
     """Twice ``linear_room`` of depths, (n,)."""
     for k in range(len(depths)):
-        room[k] = 2.0 * linear_room(numbers, exact(depths[k], by), by)
+        room[k] = 2.0 * linear_room(numbers, certain(depths[k], by), by)
 
 
 @pytest.mark.parametrize("name", ["shader", "nearest"])

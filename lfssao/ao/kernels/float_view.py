@@ -1,6 +1,6 @@
 """A view of floats, as formulas read it."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,10 +35,10 @@ class FloatView(NamedTuple):
     """
 
     depth: np.ndarray
-    surfaces: np.ndarray | None
+    surfaces: Any  # None where no formula reads them
     positions: np.ndarray
     normals: np.ndarray
-    directions: np.ndarray | None
+    directions: Any  # likewise
     turns: np.ndarray
     kind: int
     rows: np.ndarray

@@ -7,6 +7,7 @@ ends of a direction, and for each of its steps one of the texels where they land
 import numpy as np
 
 from lfssao.ao.kernels.spans import CHUNK, next_span
+from lfssao.ao.kernels.sums import finish_texels
 from lfssao.core.intrinsics import get, put, scratch, texel_slots
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import as_float, plain, select
@@ -97,8 +98,5 @@ def fold_steps(begin, stop, view, estimator, occlusion, outside):
                     part = dtype.type(step) / dtype.type(estimator.steps)
                     _land(size, part, column, j, n, ways, texels, inside, missed)
                     _take_step(view, estimator, first, n, like, texels, inside, states, totals, slots)
-            for i in range(n):
-                there = (view.depth[first + i] < np.inf) & estimator.counts(view, get(slots, i, like))
-                fractions[first + i] = plain(estimator.end(as_float(totals[i]))) if there else zero
-                outside[j] += missed[i] if there else 0
+            outside[j] += finish_texels(view, estimator, first, n, like, totals, missed, slots, fractions)
             at = first + n

@@ -37,7 +37,7 @@ def _place_sample(kind, view, estimator, s, n, like, places, slots):
 
 
 @kernel(inline=True)
-def _finish_texels(view, estimator, first, n, like, totals, missed, slots, occlusion):
+def finish_texels(view, estimator, first, n, like, totals, missed, slots, occlusion):
     """Write the occlusion of n texels, flat; return how many of their samples are outside."""
     zero, lost = occlusion.dtype.type(0), 0
     for i in range(n):
@@ -90,5 +90,5 @@ def sum_samples(begin, stop, view, estimator, occlusion, outside):
                             made = plain(select(view.shows(seen), term, estimator.background()))
                             totals[i] += made if inside else zero
                             missed[i] += np.int32(not inside)
-                    outside[j] += _finish_texels(view, estimator, first, n, like, totals, missed, slots, fractions)
+                    outside[j] += finish_texels(view, estimator, first, n, like, totals, missed, slots, fractions)
                     at = first + n

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import FloatArray, option, turns_of
+from lfssao.ao.estimators.estimator import FloatArray, option
 from lfssao.ao.estimators.vo.kernels import moments as kernels
 from lfssao.ao.estimators.vo.kernels.disks import FAR, area_occlusion
 from lfssao.ao.estimators.vo.local_frame import seen_surface
@@ -20,6 +20,7 @@ from lfssao.ao.estimators.vo.volume import (
     sample_set,
     thickness_in_radii,
 )
+from lfssao.ao.formulas import float_view
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers, Texture
 
@@ -45,13 +46,13 @@ def by_areas(
     (4.5), by default z_s; an area is in proportion to its weight over z_s there. tangent: whether it ends at the
     tangent plane (4.4). Raises InputError if a weight is negative or none is positive.
     """
-    number, turns = buffers.depth.dtype.type, turns_of(buffers)
-    seen, disk = seen_surface(buffers), make_disk(points, weights, options, tangent, buffers.depth.dtype)
+    number, view = buffers.depth.dtype.type, float_view(buffers, ("surface", "direction"))
+    seen, disk = seen_surface(view), make_disk(points, weights, options, tangent, buffers.depth.dtype)
     pyramid = moment_pyramid(seen.depth.reshape(buffers.depth.shape), options.prefilter)
 
     def occlusion(r: float) -> Occlusion:
         thickness = number(min(thickness_in_radii(options, r), 4 * FAR))
-        given = seen, disk, pyramid, options.half_width, turns, number(r), thickness
+        given = seen, disk, pyramid, options.half_width, view.turns, number(r), thickness
         return run_kernel(area_occlusion, buffers.depth, *given)
 
     return at_radii(occlusion, radius, options)

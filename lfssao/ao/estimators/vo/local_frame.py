@@ -5,32 +5,28 @@ from typing import Any
 import numpy as np
 
 from lfssao.ao.estimators.vo.kernels.local_frame import TILE, SeenSurface
-from lfssao.ao.formulas import cast_depth
+from lfssao.ao.kernels.float_view import FloatView
 from lfssao.ao.kernels.spans import CHUNK
-from lfssao.ao.textures import Buffers, Texture
+from lfssao.ao.textures import Texture
 from lfssao.core.elementary import sincospi
 from lfssao.core.philox import random_signed
-from lfssao.optics.kernels.projection import MATRIX
 from lfssao.samples.kernels.ball import algorithm3
 
 # Streams of the counter-based generator: numbers of one stream never meet those of another.
 _TURN, _MIRROR_1, _MIRROR_2 = 64, 65, 66
 
 
-def seen_surface(buffers: Buffers) -> SeenSurface:
-    """Return a view's textures and mapping as the kernels take them."""
-    view, dtype, mapping = buffers.view, buffers.depth.dtype, buffers.view.world_to_image
-    positions, m = np.ascontiguousarray(buffers.positions), mapping.numbers
-    divisor = m[12:16] if mapping.kind == MATRIX else np.zeros(4)
+def seen_surface(view: FloatView) -> SeenSurface:
+    """Return a view that has surfaces and directions as the kernels take it."""
     return SeenSurface(
-        depth=cast_depth(buffers).ravel(),
-        positions=positions.ravel(),
-        directions=buffers.directions.ravel(),
-        normals=(positions if buffers.normals is None else np.ascontiguousarray(buffers.normals)).ravel(),
-        kind=mapping.kind,
-        rows=np.concatenate([m[:8], divisor, view.cast_from_world[2]]).astype(dtype),
-        lens=np.ascontiguousarray(m[12:], dtype),
-        right=np.ascontiguousarray(view.world_from_cast[:, 0], dtype),
+        depth=view.surfaces,
+        positions=view.positions,
+        directions=view.directions,
+        normals=view.normals,
+        kind=view.kind,
+        rows=view.rows,
+        lens=view.lens,
+        right=view.axes[:3],
     )
 
 

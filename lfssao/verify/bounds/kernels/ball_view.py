@@ -5,10 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from lfssao.ao.kernels.float_view import row_of_texel
-from lfssao.core.balls import Ball, ball_of
+from lfssao.core.balls import Ball
 from lfssao.core.numbers import formula
 from lfssao.core.places import offset_spot, point_spot, row_of_spot
 from lfssao.core.vectors import Vector, dot
+from lfssao.verify.bounds.kernels.images import certain
 
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 
@@ -47,9 +48,7 @@ class BallView(NamedTuple):
     asked: np.ndarray = np.zeros(1)
 
     def ball(self, value, error):
-        by = self.by
-        zero = ball_of(0.0, 0.0, by.operation, by.quotient, by.root, by.constant, by.slope)
-        return Ball(np.float64(value), np.float64(error), zero)
+        return Ball(np.float64(value), np.float64(error), certain(0.0, self.by))
 
     def position(self, texel):
         return _vector(self, self.positions, texel, 0.0)

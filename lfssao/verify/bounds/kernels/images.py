@@ -39,15 +39,15 @@ class Projected(NamedTuple):
 
 
 @kernel(inline=True)
-def exact(x, by):
-    """A number that every renderer has, a ball of the model ``by``."""
+def certain(x, by):
+    """A number that every renderer has, a ball of the model ``by``, which may be a ball."""
     return ball_of(np.float64(x), 0.0, by.operation, by.quotient, by.root, by.constant, by.slope)
 
 
 @kernel(inline=True)
-def exact_vector(v, by):
+def certain_vector(v, by):
     """A vector that every renderer has."""
-    return Vector(exact(v[0], by), exact(v[1], by), exact(v[2], by))
+    return Vector(certain(v[0], by), certain(v[1], by), certain(v[2], by))
 
 
 @kernel(inline=True)
@@ -92,7 +92,7 @@ def linear_room(m, depth, by):
 @kernel(rows="positions", few=50_000)
 def map_positions(begin, stop, positions, allowance, kind, numbers, by, image, error, sure):
     """Write image points of positions off by ``allowance``, their errors, u's -infinity for none, and what is sure."""
-    like = exact(0.0, by)
+    like = certain(0.0, by)
     for k in range(begin, stop):
         (x, y, z), (a, b, c) = positions[k], allowance[k]
         found = project(kind, numbers, point_spot(Vector(Ball(x, a, like), Ball(y, b, like), Ball(z, c, like))))

@@ -15,10 +15,10 @@ import numpy as np
 
 from lfssao.core.balls import Ball
 from lfssao.core.jit import kernel
-from lfssao.core.places import mirrored, offset_spot, point_spot
+from lfssao.core.places import offset_spot, point_spot
 from lfssao.core.vectors import Vector, dot
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.verify.bounds.kernels.images import Projected, exact, exact_vector, linear_room
+from lfssao.verify.bounds.kernels.images import Projected, certain, certain_vector, linear_room
 from lfssao.verify.bounds.kernels.seen import box_of, look, texel_of, texel_point, turn_of
 
 CLEAR, OCCLUDED, UNDECIDED = 0, 1, 2
@@ -37,7 +37,7 @@ class Points(NamedTuple):
 @kernel(inline=True)
 def sample_offset(seen, points, s, j, i, by):
     """The offset of a sample of a texel, turned: c (x, y, 0) + s (-y, x, 0) + (0, 0, z)."""
-    (x, y, z), (c, d), off, nothing = points.offsets[s], turn_of(seen, j, i), by.offset, exact(0.0, by)
+    (x, y, z), (c, d), off, nothing = points.offsets[s], turn_of(seen, j, i), by.offset, certain(0.0, by)
     a, b, e = Ball(x, off * abs(x), nothing), Ball(y, off * abs(y), nothing), Ball(z, off * abs(z), nothing)
     if seen.turns.shape[1] == 0:
         return offset_spot(Vector(a, b, e))
@@ -58,7 +58,7 @@ def is_below(offset, normal):
 @kernel(inline=True)
 def in_range(here, there, radius, by):
     """Whether a place, a vector, may be and is for sure within R of another, by distances or by their squares."""
-    away, reach = there - here, exact(radius, by)
+    away, reach = there - here, certain(radius, by)
     square, reach = dot(away, away), Ball(radius, radius * SINGLE, reach)
     rounded = square.error + 2.0 * by.root * (square.value + square.error)
     return reach * reach > Ball(square.value, rounded, square)
@@ -74,7 +74,7 @@ def is_hidden(seen, image, here, reach, by):
         j, i = texel_of(box, k)
         behind, surely = seen.low[j, i] < z_high, seen.high[j, i] < z_low
         if behind and reach < np.inf:
-            near = in_range(here, exact_vector(seen.positions[j, i], by), reach, by)
+            near = in_range(here, certain_vector(seen.positions[j, i], by), reach, by)
             behind, surely = near.may, surely & near.must
         may, must = may | behind, must & surely
     return may, must
@@ -109,15 +109,15 @@ def depth_is_exact(m, point, offset):
 @kernel(inline=True)
 def trace_sample(seen, points, here, s, j, i, by):
     """Image point, errors included, of sample s of a texel at a point, and whether it may and must be hidden."""
-    offset, m, nothing = sample_offset(seen, points, s, j, i, by), seen.numbers, exact(0.0, by)
+    offset, m, nothing = sample_offset(seen, points, s, j, i, by), seen.numbers, certain(0.0, by)
     point, below, surely = point_spot(here), False, False
     if points.half:
-        side = is_below(offset, exact_vector(seen.normals[j, i], by))
+        side = is_below(offset, certain_vector(seen.normals[j, i], by))
         below, surely = side.may, side.must
     image, may, must = Projected(nothing, nothing, nothing, False, False), False, True
     for side in (1.0, -1.0):
         if below if side < 0.0 else not surely:
-            image, _, _ = look(seen, point + mirrored(offset, side), by)
+            image, _, _ = look(seen, point + offset if side > 0.0 else point - offset, by)
             if seen.kind == MATRIX:  # the sample's room and the surface's, which differ where they decide by little
                 z = Ball(image.z.value, image.z.error + 2.0 * linear_room(m, image.z, by), nothing)
                 image = Projected(image.u, image.v, z, image.may, image.must)
@@ -126,7 +126,7 @@ def trace_sample(seen, points, here, s, j, i, by):
     if may and not must and seen.kind != MATRIX and seen.back.shape[0] == 0 and points.is_exact[s] and not below:
         still = seen.turns.shape[1] == 0 or (m[8] == 0.0 and m[9] == 0.0)  # no turn changes z
         if still and depth_is_exact(m, seen.positions[j, i], points.offsets[s]):
-            image = Projected(image.u, image.v, exact(image.z.value, by), image.may, image.must)
+            image = Projected(image.u, image.v, certain(image.z.value, by), image.may, image.must)
             may, must = is_hidden(seen, image, here, points.reach, by)
     return image, may, must
 

@@ -18,7 +18,7 @@ from lfssao.core.numbers import is_finite, larger, number, rounded
 from lfssao.core.places import point_spot, row_of_spot
 from lfssao.core.vectors import Vector, cross, dot
 from lfssao.samples.kernels.spiral import summed_angle, unit_of
-from lfssao.verify.bounds.kernels.images import Projected, exact, exact_vector, widen
+from lfssao.verify.bounds.kernels.images import Projected, certain, certain_vector, widen
 from lfssao.verify.bounds.kernels.seen import box_of, texel_of, turn_of
 
 LIMITLESS = 1e300  # a term without an upper bound
@@ -83,7 +83,7 @@ def surface_of(seen, given, texel, like):
     width = seen.depth.shape[1]
     if seen.positions.shape[0] == 0:
         return point_of(given, width, texel, texel, like)
-    return exact_vector(seen.positions[texel // width, texel % width], like)
+    return certain_vector(seen.positions[texel // width, texel % width], like)
 
 
 @kernel(inline=True)
@@ -100,7 +100,7 @@ def vector_to(seen, there, here):
 @kernel(inline=True)
 def to_world(m, v):
     """World coordinates of a vector of cast space."""
-    x, y, z = exact_vector(m[:3], v.x), exact_vector(m[4:7], v.x), exact_vector(m[8:11], v.x)
+    x, y, z = certain_vector(m[:3], v.x), certain_vector(m[4:7], v.x), certain_vector(m[8:11], v.x)
     return Vector(dot(x, v), dot(y, v), dot(z, v))
 
 
@@ -109,7 +109,7 @@ def normal_of(seen, given, row, column, here):
     """A texel's normal, and whether its neighbours and its side are sure."""
     like = here.x
     if seen.normals.shape[0] != 0:
-        return exact_vector(seen.normals[row, column], like), True
+        return certain_vector(seen.normals[row, column], like), True
     (height, width), texel = seen.depth.shape, row * seen.depth.shape[1] + column
     across = partner(given.z_high, texel, 1, column & 1, column > 0, column + 1 < width)
     down = partner(given.z_high, texel, width, row & 1, row > 0, row + 1 < height)
@@ -234,7 +234,7 @@ def tap_range(seen, given, landing, texel, s, reach, here, normal, less, by):
 @kernel(rows="seen.depth")
 def sum_taps(begin, stop, seen, given, landing, by, sums):
     """Write the least and largest sum of texels' terms, and taps in doubt, all where a normal is, (3, H, W) float64."""
-    (height, width), like = seen.depth.shape, exact(0.0, by)
+    (height, width), like = seen.depth.shape, certain(0.0, by)
     for j in range(begin, stop):
         for i in range(width):
             texel, n = j * width + i, given.taps.shape[0]

@@ -13,7 +13,7 @@ from lfssao.core.jit import kernel
 from lfssao.core.places import point_spot, row_of_spot
 from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.verify.bounds.kernels.images import exact, exact_vector, linear_room, project, widen
+from lfssao.verify.bounds.kernels.images import certain, certain_vector, linear_room, project, widen
 
 # A box of more texels than this is open without looking at them: it takes a mapping next to its singularity.
 _MOST_TEXELS = 4096
@@ -76,10 +76,10 @@ def depth_of(seen, j, i):
 def texel_point(seen, j, i, by):
     """World coordinates of a texel's surface, a vector of balls: given, or made as in Algorithm 1, line 3."""
     if seen.back.shape[0] == 0:
-        return exact_vector(seen.positions[j, i], by)
+        return certain_vector(seen.positions[j, i], by)
     depth, off = depth_of(seen, j, i)
-    half = exact(0.5, by)
-    place = point_spot(Vector(exact(i + 0.5, by), exact(j + 0.5, by), Ball(depth, off, half)))
+    half = certain(0.5, by)
+    place = point_spot(Vector(certain(i + 0.5, by), certain(j + 0.5, by), Ball(depth, off, half)))
     w = row_of_spot(seen.back, 3, place)
     a, b, c = row_of_spot(seen.back, 0, place), row_of_spot(seen.back, 1, place), row_of_spot(seen.back, 2, place)
     return Vector(a / w, b / w, c / w)
@@ -142,7 +142,7 @@ def write_depths(begin, stop, seen, kind, background, by, low, high):
                 low[j, i] = z.value - z.error if kind == CAST or image.may else np.inf
                 high[j, i] = z.value + z.error if kind == CAST or image.must else np.inf
             windows = kind != CAST and seen.kind == MATRIX and depth < np.inf and high[j, i] < np.inf
-            if windows and not linear_room(seen.numbers, exact(high[j, i], by), by) < np.inf:
+            if windows and not linear_room(seen.numbers, certain(high[j, i], by), by) < np.inf:
                 low[j, i], high[j, i] = -np.inf, np.inf  # its distance may be any number
             if abs(depth) < 2.0**-126:  # may be flushed to zero
                 low[j, i], high[j, i] = min(low[j, i], 0.0), max(high[j, i], 0.0)

@@ -161,7 +161,7 @@ def row_of_spot(m, row, spot):
         size += a * (abs(x.value) + x.error)
         moved += a * s
         own += a * (x.error + y.error)
-        flushed += 8.0 * a + abs(x.value) + s
+        flushed += 8.0 * a + abs(x.value) + s if a != 0.0 else 0.0
         value += m[k + c] * (x.value + y.value)
     more = terms + max(spot.sums - 1.0, 0.0) + spot.products
     terms += spot.later if spot.sums > 1.0 else 0.0

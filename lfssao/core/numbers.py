@@ -44,15 +44,16 @@ def method(function: Any) -> None:
 
     def typed(self, *_arguments):
         found = getattr(self.instance_class, function.__name__, None)
-        return _bare(found) if found else None
+        return bare(found) if found else None
 
-    typed.__signature__ = inspect.signature(_bare(function))  # type: ignore[attr-defined]
+    typed.__signature__ = inspect.signature(bare(function))  # type: ignore[attr-defined]
     overload_method(types.BaseNamedTuple, function.__name__, jit_options=INLINED)(typed)
 
 
-def _bare(function):
-    """The function without its annotations, which numba would compare."""
-    return FunctionType(function.__code__, function.__globals__, function.__name__, closure=function.__closure__)
+def bare(function: Any) -> Any:
+    """Return a function without its annotations, which numba would compare."""
+    code, defaults = function.__code__, function.__defaults__
+    return FunctionType(code, function.__globals__, function.__name__, defaults, function.__closure__)
 
 
 def struct(made, *names):
@@ -275,28 +276,20 @@ def _number(x, like):
     return (lambda x, like: type(like)(x)) if is_plain(like) else None
 
 
-def _of_floats(function, implementation):
-    """Overload a function of numbers none of which is a ball."""
+def of_floats(function: Any) -> None:
+    """Let compiled code call a function of numbers none of which is a ball."""
 
     def all_are(*arguments):
         floats = all(is_plain(x) or isinstance(x, FloatType | types.Boolean) for x in arguments)
         return implementation if floats else None
 
-    all_are.__signature__ = inspect.signature(implementation)
+    implementation = bare(function)
+    all_are.__signature__ = inspect.signature(implementation)  # type: ignore[attr-defined]
     overload(function, jit_options=INLINED)(all_are)
 
 
-_of_floats(rounded, lambda x, times, like, quotients=0: number(x, like))
-_of_floats(known, lambda x, value: x)
-_of_floats(twice, lambda x: 2 * x)
-_of_floats(is_finite, lambda x: x < np.inf)
-_of_floats(least, lambda x: x)
-_of_floats(most, lambda x: x)
-_of_floats(within, lambda x, low, high: x)
-_of_floats(alternatives, lambda x, y: x)
-_of_floats(larger, lambda x, y: select(y > x, y, x))
-_of_floats(smaller, lambda x, y: select(y < x, y, x))
-_of_floats(smoothstep, lambda x: (x * x) * (3 - (x + x)))
+for _word in (rounded, known, twice, is_finite, least, most, within, alternatives, larger, smaller, smoothstep):
+    of_floats(_word)
 
 
 @overload(power, jit_options=INLINED)

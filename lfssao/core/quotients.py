@@ -6,7 +6,7 @@ from typing import Any
 from numba.extending import overload
 
 from lfssao.core.balls import FLUSHED, UNKNOWN, Ball, ball
-from lfssao.core.numbers import INLINED, FloatType, is_plain, rounded, struct
+from lfssao.core.numbers import INLINED, is_plain, of_floats, rounded, struct
 
 
 def over(x: Any, divisor: Any) -> Any:
@@ -27,13 +27,13 @@ def Quotient(numerator, divisor, flushed):  # noqa: N802
 
 
 QuotientType = struct(Quotient, "numerator", "divisor", "flushed")
+of_floats(over)
+of_floats(divided)
 
 
 @overload(over, jit_options=INLINED)
 def _over(x, divisor):
     """A quotient x / t is rounded by as much of itself as x is here of itself."""
-    if isinstance(x, FloatType):
-        return lambda x, divisor: x / divisor
     if not x == divisor == ball:
         return None
     return lambda x, divisor: Quotient(rounded(x, 0, x, 1), divisor, 1.0)
@@ -62,8 +62,6 @@ def _add_quotients(x, y):
 @overload(divided, jit_options=INLINED)
 def _divided(x):
     """(n + e) / (t + f) = n / t + (e - (n / t) f) / (t + f); unknown where t may be 0."""
-    if isinstance(x, FloatType):
-        return lambda x: x
     if not isinstance(x, QuotientType):
         return None
 

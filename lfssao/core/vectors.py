@@ -8,7 +8,7 @@ from numba.extending import overload
 
 from lfssao.core.balls import FLUSHED, TINY, UNKNOWN, Ball, ball
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import INLINED, formula, number, struct
+from lfssao.core.numbers import INLINED, bare, formula, number, struct
 
 
 @kernel(inline=True)
@@ -65,9 +65,7 @@ def dot(a: Any, b: Any) -> Any:
 
 @overload(dot, jit_options=INLINED)
 def _dot(a, b):
-    if a == b == VectorType(ball, ball, ball):
-        return _dot_of_balls
-    return lambda a, b: (a.x * b.x + a.y * b.y) + a.z * b.z
+    return _dot_of_balls if a == b == VectorType(ball, ball, ball) else bare(dot)
 
 
 def _dot_of_balls(a, b):

@@ -66,6 +66,10 @@ class Points(NamedTuple):
         images = view.at(view.position(texel)), radius * view.along(mirror), radius * view.along(n)
         return images, (mirror, n, dot(mirror, n)), turn, reach
 
+    def counts(self, view: Any, here: Any) -> Any:
+        """Every texel with a surface has samples."""
+        return True
+
     def place(self, view: Any, here: Any, s: Any) -> Any:
         """The image of P + R o''."""
         (p, mirrored, lifted), (m, n, across), (cosine, sine), _ = here

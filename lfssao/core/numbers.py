@@ -226,6 +226,13 @@ def power(x: Any, k: Any) -> Any:
     return number(float_power(np.float64(x), np.float64(k)), x) if isinstance(x, np.generic) else x**k
 
 
+def by_squaring(x: Any, times: int) -> Any:
+    """Return x^(2^times), x from 0 on, by so many squarings; of balls by pow, too."""
+    for _ in range(times):
+        x = x * x
+    return x
+
+
 def is_finite(x: Any) -> Any:
     """Whether a number is below infinity."""
     return x < np.inf
@@ -288,7 +295,9 @@ def of_floats(function: Any) -> None:
     overload(function, jit_options=INLINED)(all_are)
 
 
-for _word in (rounded, known, twice, is_finite, least, most, within, alternatives, larger, smaller, smoothstep):
+for _word in (
+    rounded, known, twice, by_squaring, is_finite, least, most, within, alternatives, larger, smaller, smoothstep
+):  # fmt: skip
     of_floats(_word)
 
 

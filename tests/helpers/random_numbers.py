@@ -23,7 +23,7 @@ KINDS = {np.add: "operation", np.subtract: "operation", np.multiply: "operation"
          np.sqrt: "root"}  # fmt: skip
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 SMALLEST = 2.0**-126
-WORDS = "number", "rounded", "alternatives", "smoothstep", "power", "twice"
+WORDS = "number", "rounded", "alternatives", "by_squaring", "smoothstep", "power", "twice"
 
 
 def single(x):
@@ -94,6 +94,9 @@ class Renderers:
 
     def smoothstep(self, x):
         return self.choose((x * x) * (3 - (x + x)), 3 * (x * x) - 2 * (x * x * x))
+
+    def by_squaring(self, x, times):
+        return self.choose(reduce(lambda made, _: made * made, range(times), x), self.power(x, 2.0**times))
 
     def power(self, x, k):
         """x^k as exp2(k log2 x), log2 off by 2^-21, below 1/2 by 3 ulp."""

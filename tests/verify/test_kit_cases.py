@@ -23,7 +23,7 @@ DIGESTS = json.loads(kit_digests.PATH.read_text())
 BOUNDED = ("algorithm1", "algorithm2", "blur", "shade", "frame")
 BOUNDED_ESTIMATORS = (
     "point", "hemisphere", "vo-points", "vo-points-normal", "vo-lines", "vo-lines-normal", "alchemy",
-    "oriented-hemisphere", "sao", "sao-equation-1", "hbao",
+    "oriented-hemisphere", "sao", "sao-equation-1", "hbao", "multiresolution",
 )  # fmt: skip
 
 

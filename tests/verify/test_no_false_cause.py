@@ -40,7 +40,7 @@ ESTIMATORS = {
     "multiresolution": {},
 }
 COUNTED = "lf", "point", "hemisphere"  # whose occlusion is a share of samples, by a renderer of its own
-UNBOUNDED = "vo-area", "multiresolution"  # of which no interval is known
+UNBOUNDED = ("vo-area",)  # of which no interval is known
 TURNED = {"hbao": "tiles", "vo-points": "hash", "vo-lines": "ign"}  # others turn by their default
 # Textures of each estimator and view, explained and not: 308 of each sort, in 20 minutes, with LFSSAO_WHOLE=1; else one
 # of each of three estimators.

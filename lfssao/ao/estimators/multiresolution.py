@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators.estimator import Estimator, Options, option
 from lfssao.ao.estimators.kernels import multiresolution as kernels
 from lfssao.ao.ssao import Occlusion
-from lfssao.ao.textures import Buffers
+from lfssao.ao.textures import Buffers, Texture
 
 COMBINATIONS = ("both", "maximum", "average")
 
@@ -43,27 +43,33 @@ class MultiresolutionOptions(Options):
     combine: str = option("both", "how the levels are combined", choices=COMBINATIONS)
 
 
+def level_pyramid(depth: Texture, levels: int) -> list[NDArray[np.int32]]:
+    """Return which texels, by number, stand for those of each level, the finest first; -1 is none."""
+    surface = np.ascontiguousarray(depth)
+    pyramid: list[NDArray[np.int32]] = [np.empty(depth.shape, np.int32)]
+    kernels.first_level(surface, pyramid[0])
+    for _ in range(levels - 1):
+        height, width = pyramid[-1].shape
+        pyramid.append(np.empty(((height + 1) // 2, (width + 1) // 2), np.int32))
+        kernels.halve(surface, pyramid[-2], pyramid[-1])
+    return pyramid
+
+
 def multiresolution(
     buffers: Buffers, radius: float, points: None, weights: None, options: MultiresolutionOptions
 ) -> Occlusion:
     """Return occlusion from a small square of texels at several resolutions; it takes no samples."""
     assert buffers.normals is not None  # the registry has seen to it
-    depth, dtype = np.ascontiguousarray(buffers.depth), buffers.depth.dtype
+    dtype, pyramid = buffers.depth.dtype, level_pyramid(buffers.depth, options.levels)
     places = np.ascontiguousarray(buffers.positions).reshape(-1, 3)
     facing = np.ascontiguousarray(buffers.normals).reshape(-1, 3)
-    pyramid: list[NDArray[np.int32]] = [np.empty(depth.shape, np.int32)]
-    kernels.first_level(depth, pyramid[0])
-    for _ in range(options.levels - 1):
-        height, width = pyramid[-1].shape
-        pyramid.append(np.empty(((height + 1) // 2, (width + 1) // 2), np.int32))
-        kernels.halve(depth, pyramid[-2], pyramid[-1])
     with np.errstate(over="ignore"):  # the square of a very large radius is infinite
         squared = dtype.type(float(radius) * float(radius))
     outside, most, total = 0, np.empty((0, 0), dtype), np.empty((0, 0), dtype)
     for number in reversed(range(options.levels)):
         coarser, level = (most, total), pyramid[number]
         most, missed = np.empty(level.shape, dtype), np.empty(level.shape[0], np.int64)
-        kernels.level_occlusion(level, places, facing, options.kernel, squared, most, missed)
+        kernels.level_occlusion(level, places, facing, options.kernel, dtype.type(radius), squared, most, missed)
         total, outside = most.copy(), outside + int(missed.sum())
         if number + 1 < options.levels:
             kernels.refine(level, pyramid[number + 1], places, facing, dtype.type(radius), *coarser, most, total)

@@ -8,7 +8,8 @@ as much as the surface there differs. Each term lies between those that any texe
 (``kernels.sums``); so do the terms of ``alchemy`` and ``sao`` and the rises of horizons of ``hbao``. Both ways of VO to
 make one occlusion of two radii grow with each of the two.
 
-The other estimators sum areas, or mean levels of detail. No interval of them is known; they must have equal bits.
+``multiresolution`` sums terms of texels that no arithmetic chooses. ``vo-area`` sums areas; no interval of it is known,
+and it must have equal bits.
 """
 
 from collections.abc import Callable
@@ -21,14 +22,14 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators.horizon import ZENITH
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.ao.textures import Buffers
-from lfssao.core.balls import SAFETY
 from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels.folds import bound_folds
 from lfssao.verify.bounds.kernels.sao_bounds import LIMITLESS
 from lfssao.verify.bounds.kernels.seen import IMAGE, POSITIONS
 from lfssao.verify.bounds.kernels.sums import bound_sums, end_sums
-from lfssao.verify.bounds.post import merge_bounds
+from lfssao.verify.bounds.multiresolution import multiresolution
+from lfssao.verify.bounds.post import merge_bounds, union_ends
 from lfssao.verify.bounds.problem import Options, Problem, Weights, ball_view, held
 from lfssao.verify.bounds.sao import sao, summing_error
 from lfssao.verify.bounds.ssao import counted, fraction_bounds, sample_points
@@ -89,13 +90,9 @@ def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds]) 
     merged = merge_bounds([first, other])
     if given.options["combine"] == "minimum":
         return merged
-    # a + b (1 - a), or 1 - (1 - a) (1 - b): numbers up to 1, rounded four times; of zeros it is zero.
-    ends = []
-    for one, two, sign in ((first.lower, other.lower, -1), (first.upper, other.upper, 1)):
-        a = one.astype(np.float64)
-        both = a + two.astype(np.float64) * (1 - a)
-        ends.append(np.maximum(both + sign * 4 * given.model.operation * SAFETY * (both > 0), 0))
-    return Bounds(up_to_single(ends[0]), down_to_single(ends[1]), merged.undecided)
+    ends = [np.stack([each.lower, each.upper]).astype(np.float64) for each in (first, other)]
+    lower, upper = union_ends(ends[0], ends[1], given.model)
+    return Bounds(up_to_single(lower), down_to_single(upper), merged.undecided)
 
 
 def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0, jumps: bool = True) -> Bounds:
@@ -119,7 +116,7 @@ def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0,
 
 
 # Estimators whose intervals are not those of their formulas alone, or are narrower by what is known of a term.
-BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
+BOUNDED: dict[str, Callable[[Problem, float], Bounds | None]] = {
     "point": partial(_hidden_points, half=False),
     "hemisphere": partial(_hidden_points, half=True),
     "vo-points": partial(_hidden_volume, at=partial(_formulas, name="vo-points")),
@@ -129,6 +126,7 @@ BOUNDED: dict[str, Callable[[Problem, float], Bounds]] = {
     "alchemy": partial(_formulas, name="alchemy", largest=LIMITLESS, jumps=False),
     "oriented-hemisphere": partial(_formulas, name="oriented-hemisphere"),
     "hbao": partial(_formulas, name="hbao", largest=2 * ZENITH),
+    "multiresolution": multiresolution,
     "sao": sao,
     "sao-equation-1": sao,
 }

@@ -22,6 +22,21 @@ def merge_bounds(layers: Sequence[Bounds]) -> Bounds:
     return Bounds(lower, upper, sum(counts[1:], counts[0]) if len(counts) == len(layers) else None)
 
 
+def union_ends(one: FloatArray, other: FloatArray, model: ErrorModel) -> FloatArray:
+    """Least and largest of a + b (1 - a), or of 1 - (1 - a) (1 - b), (2, H, W), by those of a and of b, (2, H, W) each.
+
+    Both are linear in a and in b, so that they are least and largest at ends. They are rounded four times, as numbers
+    up to 1, or more where a and b are; of zeros they are zero.
+    """
+    ends = []
+    for a, b in product(one, other):
+        both = a + b * (1 - a)
+        off = 4 * model.operation * SAFETY * (both > 0) * np.maximum(1, a) * np.maximum(1, b)
+        ends.append((both - off, both + off))
+    low, high = zip(*ends, strict=True)
+    return np.stack([np.maximum(np.min(low, axis=0), 0), np.max(high, axis=0)])
+
+
 def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shader") -> Bounds:
     """Bounds of the Gaussian blur, horizontal then vertical, each pass rounded to a float32 texture.
 

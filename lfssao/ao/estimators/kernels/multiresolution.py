@@ -10,6 +10,8 @@ coordinate.
 import numpy as np
 
 from lfssao.core.jit import kernel
+from lfssao.core.numbers import alternatives, as_float, by_squaring, formula, is_finite, plain, select
+from lfssao.core.vectors import Vector, dot
 
 
 @kernel(rows="depth")
@@ -64,14 +66,24 @@ def halve(begin, stop, depth, fine, coarse):
             chosen[j * wide + wide - 1] = lower_median(surface, numbers[top + width - 1], none, c, none)
 
 
+@formula
+def obscured(v, n, radius, squared):
+    """Occlusion by a point at v from a point of normal n: (1 - v.v / R^2) max(0, v.n) / sqrt(v.v) inside R, else 0.
+
+    squared: R squared. A renderer may take the length of v instead, and divide v by it first.
+    """
+    d, above = dot(v, v), dot(v, n)
+    length = np.sqrt(d)
+    part, cosine = length / radius, above / length
+    falloff = 1 - alternatives(d / squared, part * part)
+    term = falloff * alternatives(cosine, dot((1 / length) * v, n))
+    return select((d > 0) & alternatives(d < squared, length < radius) & (above > 0), term, 0)
+
+
 @kernel(inline=True)
-def obscured(vx, vy, vz, nx, ny, nz, squared):
-    """Occlusion by a point at v from a point of normal n: (1 - v.v / R^2) max(0, v.n) / sqrt(v.v) inside R, else 0."""
-    zero, one = type(vx)(0), type(vx)(1)
-    d = (vx * vx + vy * vy) + vz * vz
-    above = (vx * nx + vy * ny) + vz * nz
-    term = (one - d / squared) * (above / type(vx)(np.sqrt(d)))
-    return term if (d > zero) & (d < squared) & (above > zero) else zero
+def vector(x, y, z, at):
+    """Vector of a place of three arrays."""
+    return Vector(as_float(x[at]), as_float(y[at]), as_float(z[at]))
 
 
 @kernel(inline=True)
@@ -114,12 +126,12 @@ def taps_beyond(numbers, j, width, height, reach):
 
 
 @kernel(rows="level")
-def level_occlusion(begin, stop, level, places, facing, reach, squared, occlusion, outside):
+def level_occlusion(begin, stop, level, places, facing, reach, radius, squared, occlusion, outside):
     """Occlusion of one level, (h, w), out, from the square of texels around each; outside: (h,) int64, out.
 
     places, facing: (H * W, 3), positions and unit normals of the full textures. The square's (2 reach + 1)^2 - 1 taps
-    are added row by row; occlusion is their sum over their number. squared: R squared, world units. outside: taps of
-    each row that lie outside the texture; they count 0.
+    are added row by row; occlusion is their sum over their number. radius, squared: R and R squared, world units.
+    outside: taps of each row that lie outside the texture; they count 0.
     """
     height, width = level.shape
     numbers, out, dtype = level.reshape(-1), occlusion.reshape(-1), occlusion.dtype.type
@@ -139,36 +151,24 @@ def level_occlusion(begin, stop, level, places, facing, reach, squared, occlusio
                 here, tap = (j - top) * width + first, (line - top) * width + first + shift
                 for i in range(last - first):
                     p, q, place = np.uint64(here + i), np.uint64(tap + i), np.uint64(first + i)
-                    total[place] += obscured(
-                        x[q] - x[p], y[q] - y[p], z[q] - z[p], nx[place], ny[place], nz[place], squared
-                    )
+                    v, facing_there = vector(x, y, z, q) - vector(x, y, z, p), vector(nx, ny, nz, place)
+                    total[place] += plain(obscured(v, facing_there, as_float(radius), as_float(squared)))
         for i in range(width):
             there = numbers[np.uint64(j * width + i)] >= np.int32(0)
             out[np.uint64(j * width + i)] = total[i] / number if there else zero
         outside[j] = taps_beyond(numbers, j, width, height, reach)
 
 
-@kernel(inline=True)
-def upsampling_weight(vx, vy, vz, nx, ny, nz, mx, my, mz, radius):
-    """((1 + n.m) / 2)^8 (R / (R + s))^16 by squarings, s the distance of v from the tangent plane; 0 of no texel.
+@formula
+def upsampling_weight(v, n, m, radius):
+    """((1 + n.m) / 2)^8 (R / (R + s))^16, s the distance of v from the tangent plane; 0 of no texel.
 
     v: the coarse texel's point less the fine one's; n and m: normals of the fine one and of the coarse one.
     """
-    zero, one, half, infinity = type(vx)(0), type(vx)(1), type(vx)(0.5), type(vx)(np.inf)
-    s = abs((vx * nx + vy * ny) + vz * nz)
-    a = half * (one + ((nx * mx + ny * my) + nz * mz))
-    a = a * a
-    a = a * a
-    a = a * a
-    sum_ = radius + s
-    b = radius / sum_
-    b = b if (sum_ > zero) & (sum_ < infinity) else zero
-    b = b * b
-    b = b * b
-    b = b * b
-    b = b * b
-    w = a * b
-    return w if w < infinity else zero  # NaN is not
+    s = abs(dot(v, n))
+    a, b = 0.5 * (1 + dot(n, m)), radius / (radius + s)
+    w = by_squaring(a, 3) * by_squaring(select((radius + s > 0) & is_finite(radius + s), b, 0), 4)
+    return select(is_finite(w), w, 0)  # NaN is not
 
 
 @kernel(rows="fine")
@@ -213,9 +213,8 @@ def refine(begin, stop, fine, coarse, places, facing, radius, coarse_most, coars
                 first, coarse_start = max(0, -shift - skipped), (row - top) * wide + skipped + shift
                 for i in range(min(n, wide - shift - skipped) - first):
                     c, f = np.uint64(coarse_start + first + i), np.uint64(first + i)
-                    w = near * upsampling_weight(
-                        qx[c] - px[f], qy[c] - py[f], qz[c] - pz[f], nx[f], ny[f], nz[f], mx[c], my[c], mz[c], radius
-                    )
+                    v, n_f = vector(qx, qy, qz, c) - vector(px, py, pz, f), vector(nx, ny, nz, f)
+                    w = near * plain(upsampling_weight(v, n_f, vector(mx, my, mz, c), as_float(radius)))
                     weights[f] += w
                     peak[f] += w * carried_most[c]
                     mean[f] += w * carried_sum[c]

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from lfssao.ao.estimators.estimator import FloatArray, option
-from lfssao.ao.estimators.vo.kernels import moments as kernels
 from lfssao.ao.estimators.vo.kernels.disks import FAR, area_occlusion
 from lfssao.ao.estimators.vo.local_frame import seen_surface
 from lfssao.ao.estimators.vo.volume import (
@@ -21,6 +20,7 @@ from lfssao.ao.estimators.vo.volume import (
     thickness_in_radii,
 )
 from lfssao.ao.formulas import float_view
+from lfssao.ao.kernels import moments as kernels
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers, Texture
 

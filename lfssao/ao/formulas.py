@@ -49,6 +49,16 @@ class Seen(Protocol):
     def shows(self, texel: Any) -> Any:
         """Whether the texel shows a surface."""
 
+    def image(self, place: Any) -> Any:
+        """The image point u, v of a place, texels, and whether it has one."""
+
+    def moments(self, seen: Any, level: Any) -> Any:
+        """The share of texels that show a surface, and its means of cast z and its square, around an image point.
+
+        seen: the point. level: log2 of the width, texels, over which the means are taken. Textures are filtered so
+        where the view has a pyramid (``ao.moments``).
+        """
+
     def row(self, texel: Any) -> Any:
         """The texel's row, a whole number."""
 
@@ -154,9 +164,11 @@ def cast_depth(buffers: Buffers) -> Texture:
 
 
 def words_of(formulas: Any) -> set[str]:
-    """Return the words that the formulas of a tuple name."""
-    methods = (function for function in vars(type(formulas)).values() if hasattr(function, "__code__"))
-    return {name for function in methods for name in function.__code__.co_names}
+    """Return the words that the formulas of a tuple name, and the functions that they call."""
+    methods = [function for function in vars(type(formulas)).values() if hasattr(function, "__code__")]
+    called = [function.__globals__.get(name) for function in methods for name in function.__code__.co_names]
+    functions = [*methods, *(function for function in called if hasattr(function, "__code__"))]
+    return {name for function in functions for name in function.__code__.co_names}
 
 
 def float_view(buffers: Buffers, words: Container[str]) -> FloatView:

@@ -9,27 +9,43 @@ NaN: one of ``UNKNOWN`` and more says that nothing is known. A comparison of bal
 and whether it must.
 """
 
-import inspect
 import math
 import operator
 
 import numpy as np
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic, make_attribute_wrapper, models, overload, register_model
+from numba.extending import overload
 
+from lfssao.core.ball_type import (
+    FLUSHED,
+    LARGE,
+    SAFETY,
+    TINY,
+    UNKNOWN,
+    Ball,
+    ball,
+    ball_between,
+    ball_of,
+    exact,
+    flushed,
+    rule,
+)
 from lfssao.core.doubts import Doubt, doubt
+from lfssao.core.elementary import log2 as float_log2
 from lfssao.core.elementary import power as float_power
 from lfssao.core.numbers import (
     INLINED,
     alternatives,
     by_squaring,
+    double,
     formula,
     is_finite,
+    is_number,
     is_plain,
     known,
     larger,
     least,
+    log2,
+    middle_of,
     most,
     number,
     power,
@@ -37,129 +53,41 @@ from lfssao.core.numbers import (
     select,
     smaller,
     smoothstep,
+    spread_of,
     twice,
     within,
 )
 
-FLUSHED = 2.0**-124  # four flushed numbers: an operation's operands and its result, and one to spare
-SAFETY = 1.0 + 2.0**-20
-TINY = 2.0**-149  # added to sizes, so that 0 times what is unknown is beyond all float32 numbers, as it may be NaN
-UNKNOWN = 2.0**400  # an error of a number of which nothing is known; its square is finite
-_LARGE = 2.0**126
+# Names of ``ball_type`` that others read here, so that the rules are always known.
+__all__ = ["FLUSHED", "SAFETY", "TINY", "UNKNOWN", "Ball", "ball", "ball_between", "ball_of"]
 
 
-class BallType(types.Type):  # type: ignore[misc]
-    """A ball, with the error model of its operations: relative errors of + - *, quotients, roots, and of exp.
-
-    exp(x) is off by ``constant`` and by ``slope`` abs(x).
-    """
-
-    def __init__(self):
-        super().__init__("Ball")
-
-
-_FIELDS = "value", "error", "operation", "quotient", "root", "constant", "slope"
-
-
-@register_model(BallType)
-class _BallModel(models.StructModel):  # type: ignore[misc]
-    def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, [(name, types.float64) for name in _FIELDS])
-
-
-for _name in _FIELDS:
-    make_attribute_wrapper(BallType, _name, _name)
-ball = BallType()
-
-
-@intrinsic
-def ball_of(_typing, value, error, operation, quotient, root, constant, slope):
-    """Value +- error, in the error model of these relative errors."""
-
-    def make(context, builder, _signature, arguments):
-        made = cgutils.create_struct_proxy(ball)(context, builder)
-        for name, each in zip(_FIELDS, arguments, strict=True):
-            setattr(made, name, each)
-        return made._getvalue()
-
-    return ball(*[types.float64] * len(_FIELDS)), make
-
-
-@formula
-def Ball(value, error, like):  # noqa: N802 - it reads as a type
-    """Value +- error, in the error model of another ball."""
-    return ball_of(value, error, like.operation, like.quotient, like.root, like.constant, like.slope)
-
-
-@formula
-def _flushed(by, size):
-    """How much flushing may take from a result of a size; nothing of 0."""
-    return min(by, _LARGE * size)
-
-
-@formula
-def exact(x, like):
-    """A plain number as a renderer has it, in float32."""
-    return Ball(np.float64(np.float32(x)), 0.0, like)
-
-
-@formula
-def ball_between(low, high, like):
-    """All numbers between two floats."""
-    return Ball(0.5 * (low + high), 0.5 * (high - low), like)
-
-
-def _rule(function):
-    """Overload a function of balls; of two operands one may be a plain number, which is exact."""
-
-    def wrap(implementation):
-        one = len(inspect.signature(implementation).parameters) == 1
-        typed = (lambda x: implementation if x == ball else None) if one else _of_two(function, implementation)
-        overload(function, jit_options=INLINED)(typed)
-        return implementation
-
-    return wrap
-
-
-def _of_two(function, implementation):
-    def typed(x, y):
-        if x == ball and y == ball:
-            return implementation
-        if x == ball and is_plain(y):
-            return lambda x, y: function(x, exact(y, x))
-        if is_plain(x) and y == ball:
-            return lambda x, y: function(exact(x, y), y)
-        return None
-
-    return typed
-
-
-@_rule(operator.add)
+@rule(operator.add)
 def _add(x, y):
     """(x + e) + (y + f) = (x + y) + (e + f)."""
     s, e = x.value + y.value, x.error + y.error
     size = abs(s) + e
-    return Ball(s, e + x.operation * size + _flushed(FLUSHED, size), x)
+    return Ball(s, e + x.operation * size + flushed(FLUSHED, size), x)
 
 
-@_rule(operator.sub)
+@rule(operator.sub)
 def _sub(x, y):
     """(x + e) - (y + f) = (x - y) + (e - f)."""
     s, e = x.value - y.value, x.error + y.error
     size = abs(s) + e
-    return Ball(s, e + x.operation * size + _flushed(FLUSHED, size), x)
+    return Ball(s, e + x.operation * size + flushed(FLUSHED, size), x)
 
 
-@_rule(operator.mul)
+@rule(operator.mul)
 def _mul(x, y):
     """(x + e)(y + f) = x y + (x f + y e + e f)."""
     p, a, b = x.value * y.value, abs(x.value), abs(y.value)
     e = ((a + TINY) * y.error + (b + TINY) * x.error) + x.error * y.error
     size = abs(p) + e
-    return Ball(p, min(UNKNOWN, e + x.operation * size + _flushed(FLUSHED * (1.0 + a + b), size)), x)
+    return Ball(p, min(UNKNOWN, e + x.operation * size + flushed(FLUSHED * (1.0 + a + b), size)), x)
 
 
-@_rule(operator.truediv)
+@rule(operator.truediv)
 def _div(x, y):
     """(x + e) / (y + f) = x / y + (e - (x / y) f) / (y + f); unknown where y may be 0."""
     room = abs(y.value) - y.error
@@ -168,46 +96,47 @@ def _div(x, y):
     q = x.value / y.value
     e = (x.error + abs(q) * y.error) / room
     size = abs(q) + e
-    return Ball(q, min(UNKNOWN, e + x.quotient * size + _flushed(FLUSHED * (1.0 + 1.0 / room), size)), x)
+    return Ball(q, min(UNKNOWN, e + x.quotient * size + flushed(FLUSHED * (1.0 + 1.0 / room), size)), x)
 
 
-@_rule(np.sqrt)
+@rule(np.sqrt)
 def _sqrt(x):
     """sqrt(x + e) = sqrt(x) + e / (sqrt(x + e) + sqrt(x)), e with a flushed x; unknown where x may be negative."""
     if not x.value - x.error >= 0.0:
         return Ball(0.0, UNKNOWN, x)
     s, off = np.sqrt(x.value), x.error + FLUSHED
-    e = off / (np.sqrt(max(x.value - off, 0.0)) + s) if s > 0.0 else 0.0
-    return Ball(s, e + x.root * (s + e), x)
+    less = off / (np.sqrt(max(x.value - off, 0.0)) + s) if s > 0.0 else 0.0
+    more = off / (np.sqrt(x.value + off) + s) if s > 0.0 else 0.0
+    return Ball(s + 0.5 * (more - less), 0.5 * (more + less) + x.root * (s + more), x)
 
 
-@_rule(operator.neg)
+@rule(operator.neg)
 def _neg(x):
     """No sign is rounded."""
     return Ball(-x.value, x.error, x)
 
 
-@_rule(abs)
+@rule(abs)
 def _abs(x):
     """|x + e| lies between max(|x| - e, 0) and |x| + e."""
     return ball_between(max(abs(x.value) - x.error, 0.0), abs(x.value) + x.error, x)
 
 
-@_rule(larger)
+@rule(larger)
 def _larger(x, y):
     """It grows with both, so its ends are those of their ends."""
     least = max(x.value - x.error * SAFETY, y.value - y.error * SAFETY)
     return ball_between(least, max(x.value + x.error * SAFETY, y.value + y.error * SAFETY), x)
 
 
-@_rule(smaller)
+@rule(smaller)
 def _smaller(x, y):
     """It grows with both, so its ends are those of their ends."""
     least = min(x.value - x.error * SAFETY, y.value - y.error * SAFETY)
     return ball_between(least, min(x.value + x.error * SAFETY, y.value + y.error * SAFETY), x)
 
 
-@_rule(smoothstep)
+@rule(smoothstep)
 def _smoothstep(x):
     """It grows with x. x^2 is at most the result, of which up to 17 are rounded, none of x = 1."""
     e = x.error * SAFETY
@@ -272,45 +201,66 @@ def _power_error(x, k, like):
     return like.constant + k * 2.0**-21 + steps * (like.slope + 5.0 * 2.0**-23) + 2.0 * k * max(x - 1.0, 0.0)
 
 
-@_rule(twice)
+@rule(twice)
 def _twice(x):
     """2 (x + e) = 2 x + 2 e."""
     return Ball(2.0 * x.value, 2.0 * x.error, x)
 
 
-@_rule(is_finite)
+@rule(double)
+def _double(x):
+    """A renderer may compute in float32 all the way."""
+    return x
+
+
+@rule(is_number)
+def _is_number(x):
+    """A ball stands for numbers."""
+    return Doubt(True, True)
+
+
+@rule(log2)
+def _log2(x):
+    """It grows with x: both ends, log2 off by 2^-21, and by 3 ulp more (Vulkan). From 2^-1000 to 2^1000."""
+    low, high = max(x.value - x.error * SAFETY, 2.0**-1000), max(x.value + x.error * SAFETY, 2.0**-1000)
+    least, most = float_log2(low), float_log2(min(high, 2.0**1000))
+    off = 2.0**-21 + 3.0 * 2.0**-23 * max(abs(least), abs(most))
+    return ball_between(least - off, most + off, x)
+
+
+@rule(is_finite)
 def _is_finite(x):
     """A number from 2^126 on may be infinite in float32."""
-    return Doubt(True, abs(x.value) + x.error < _LARGE)
+    return Doubt(True, abs(x.value) + x.error < LARGE)
 
 
-@_rule(operator.gt)
+@rule(operator.gt)
 def _gt(x, y):
     """It must hold if x - y exceeds both errors, and may unless y - x is as much."""
     room = (x.error + y.error) * SAFETY
     return Doubt(not x.value - y.value <= -room, x.value - y.value > room)
 
 
-@_rule(operator.ge)
+@rule(operator.ge)
 def _ge(x, y):
     """It must hold if x - y is both errors or more."""
     room = (x.error + y.error) * SAFETY
     return Doubt(not x.value - y.value < -room, x.value - y.value >= room)
 
 
-@_rule(operator.lt)
+@rule(operator.lt)
 def _lt(x, y):
     """Holds where y > x does."""
     return y > x
 
 
-@_rule(operator.le)
+@rule(operator.le)
 def _le(x, y):
     """Holds where y >= x does."""
     return y >= x
 
 
-@_rule(operator.eq)
+@rule(operator.eq)
 def _eq(x, y):
     """It must hold of exact numbers alone."""
     room = (x.error + y.error) * SAFETY
@@ -348,16 +298,28 @@ def _rounded_ball(x, times, like, quotients=0):
     return Ball(x.value, x.error + r * (1.0 + r) * (abs(x.value) + x.error) + (times + quotients) * FLUSHED, x)
 
 
-@_rule(least)
+@rule(least)
 def _least(x):
     """Exact, where it is finite."""
     return Ball(x.value - x.error * SAFETY, 0.0, x) if x.error < UNKNOWN else x
 
 
-@_rule(most)
+@rule(most)
 def _most(x):
     """Exact, where it is finite."""
     return Ball(x.value + x.error * SAFETY, 0.0, x) if x.error < UNKNOWN else x
+
+
+@rule(middle_of)
+def _middle_of(x):
+    """Exact, where it is finite."""
+    return Ball(x.value, 0.0, x) if x.error < UNKNOWN else x
+
+
+@rule(spread_of)
+def _spread_of(x):
+    """Around 0."""
+    return Ball(0.0, x.error, x)
 
 
 @overload(within, jit_options=INLINED)
@@ -392,7 +354,7 @@ def _alternative_doubts(x, y):
     return (lambda x, y: Doubt(x.may | y.may, x.must & y.must)) if x == y == doubt else None
 
 
-@_rule(alternatives)
+@rule(alternatives)
 def _alternatives(x, y):
     """All between the ends of both."""
     return ball_between(min(x.value - x.error, y.value - y.error), max(x.value + x.error, y.value + y.error), x)

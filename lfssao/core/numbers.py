@@ -30,6 +30,7 @@ from numba.extending import (
     type_callable,
 )
 
+from lfssao.core.elementary import log2 as float_log2
 from lfssao.core.elementary import power as float_power
 
 INLINED = {"forceinline": True, "error_model": "numpy"}  # the flags of ``jit.FLAGS`` that change bits
@@ -179,8 +180,23 @@ def select(condition: Any, x: Any, y: Any) -> Any:
 
 
 def number(x: Any, like: Any) -> Any:
-    """Return a plain number as one of the kind of another."""
+    """Return a plain number, or a float of another dtype, as one of the kind of another."""
     return type(like)(x) if isinstance(like, np.generic) else x
+
+
+def double(x: Any) -> Any:
+    """Return a float as a float64; a ball stays, as a renderer may compute in float32 all the way."""
+    return np.float64(x) if isinstance(x, np.generic) else x
+
+
+def is_number(x: Any) -> Any:
+    """Whether a float is not NaN; balls stand for numbers."""
+    return (x < 0) | (x >= 0)
+
+
+def log2(x: Any) -> Any:
+    """Return the binary logarithm of a float64, -1022 below the normal numbers."""
+    return np.float64(float_log2(np.float64(x)))
 
 
 def alternatives(x: Any, y: Any) -> Any:
@@ -214,6 +230,16 @@ def least(x: Any) -> Any:
 def most(x: Any) -> Any:
     """Return a number itself; of a ball its largest number."""
     return x
+
+
+def middle_of(x: Any) -> Any:
+    """Return a number itself; of a ball its value, exact."""
+    return x
+
+
+def spread_of(x: Any) -> Any:
+    """Return 0; of a ball all that it may be off."""
+    return 0
 
 
 def within(x: Any, low: Any, high: Any) -> Any:
@@ -280,7 +306,19 @@ def _number(x, like):
         return lambda x, like: select(True, x, like)
     if x == like:
         return lambda x, like: x
+    if isinstance(x, FloatType) and isinstance(like, FloatType):
+        return lambda x, like: select(True, plain(x), like)
     return (lambda x, like: type(like)(x)) if is_plain(like) else None
+
+
+@overload(double, jit_options=INLINED)
+def _double(x):
+    return (lambda x: as_float(np.float64(plain(x)))) if isinstance(x, FloatType) else None
+
+
+@overload(log2, jit_options=INLINED)
+def _log2(x):
+    return (lambda x: as_float(float_log2(plain(x)))) if isinstance(x, FloatType) else None
 
 
 def of_floats(function: Any) -> None:
@@ -296,7 +334,8 @@ def of_floats(function: Any) -> None:
 
 
 for _word in (
-    rounded, known, twice, by_squaring, is_finite, least, most, within, alternatives, larger, smaller, smoothstep
+    rounded, known, twice, by_squaring, is_finite, is_number, least, most, middle_of, spread_of, within, alternatives,
+    larger, smaller, smoothstep,
 ):  # fmt: skip
     of_floats(_word)
 

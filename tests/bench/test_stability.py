@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from reference import textbook
 
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate
-from lfssao.ao.estimators.vo.area import moment_pyramid
+from lfssao.ao.moments import moment_pyramid
 from lfssao.ao.post import blur
 from lfssao.ao.ssao import algorithm2
 from lfssao.bench.stability import conditions, measure, scalar_cases
@@ -105,7 +105,7 @@ def a_billionth_off(projection, points, image):
 
 def short_moments(depth, prefilter):
     made = moment_pyramid(depth, prefilter)
-    return made._replace(moments=made.moments.astype(np.float32).astype(np.float64))
+    return made._replace(numbers=made.numbers.astype(np.float32).astype(np.float64))
 
 
 CLOUD = scene(np.random.default_rng(1).uniform(-0.3, 0.3, (8, 8, 3)))

@@ -23,7 +23,7 @@ KINDS = {np.add: "operation", np.subtract: "operation", np.multiply: "operation"
          np.sqrt: "root"}  # fmt: skip
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 SMALLEST = 2.0**-126
-WORDS = "number", "rounded", "alternatives", "by_squaring", "smoothstep", "power", "twice"
+WORDS = "number", "rounded", "alternatives", "by_squaring", "smoothstep", "power", "twice", "log2"
 
 
 def single(x):
@@ -107,6 +107,12 @@ class Renderers:
         y = k * Number(self, logarithm + near * self.within(logarithm))
         constant, slope = self.model.exponential
         return self.where(x.x > 0, self.off(np.exp2(y.x), constant + slope * np.abs(y.x)), 0)
+
+    def log2(self, x):
+        """Off by 2^-21, outside [1/2, 2] by 3 ulp."""
+        logarithm = np.log2(np.maximum(x.x, 2.0**-1000))
+        near = np.where(np.abs(logarithm) <= 1, 2.0**-21, 3 * 2.0**-23 * 2.0 ** np.floor(np.log2(np.abs(logarithm))))
+        return Number(self, logarithm + near * self.within(logarithm))
 
     def dot(self, a, b):
         return self.total([a.x, a.y, a.z], [b.x, b.y, b.z])
@@ -199,6 +205,74 @@ class Place:
         return by.choose(each, by.choose(both, summed), 0.4)
 
 
+class RandomPyramid:
+    """Moments of depth of each renderer, level by level, each with a border of zeros (VO section 4.2)."""
+
+    def __init__(self, view, prefilter):
+        self.by, (height, width) = view.by, view.shape
+        there = np.broadcast_to(view.given.depth < np.inf, view.surfaces.shape).reshape(-1, height, width)
+        z = np.where(there, view.surfaces.reshape(there.shape), 0.0)
+        level = [there * 1.0, z, self.by.off(z * z, self.by.model.operation).x]
+        self.levels, taps = [level], (0.125, 0.375, 0.375, 0.125) if prefilter else (0.0, 0.5, 0.5, 0.0)
+        while max(level[0].shape[1:]) > 1:
+            level = [self.half(each, taps) for each in level]
+            self.levels.append(level)
+
+    def half(self, numbers, taps):
+        """The next level: a mean by taps along both axes, in any order."""
+        high, wide = (np.array(numbers.shape[1:]) + 1) // 2
+        bordered = np.zeros((len(numbers), 2 * high + 2, 2 * wide + 2))
+        bordered[:, 1 : 1 + numbers.shape[1], 1 : 1 + numbers.shape[2]] = numbers
+        factors, values = [], []
+        for j, i in np.ndindex(4, 4):
+            if taps[j] * taps[i]:
+                factors.append(taps[j] * taps[i])
+                values.append(Number(self.by, bordered[:, j : j + 2 * high : 2, i : i + 2 * wide : 2]))
+        return self.by.total(factors, values).x
+
+    def between(self, a, b, part):
+        """From a to b, by one of two formulas."""
+        return self.by.choose(a + part * (b - a), (1 - part) * a + part * b)
+
+    def bilinear(self, k, u, v):
+        """Three numbers of level k at an image point."""
+        off, of = self.by.model.coordinate, np.arange(self.by.count)[:, None, None]
+        x, y = (each.x * 2.0**-k - 0.5 + off * self.by.within(each.x) for each in (u, v))
+        i, j = np.floor(x).astype(int), np.floor(y).astype(int)
+        f, g = Number(self.by, x - i), Number(self.by, y - j)
+        made = []
+        for texture in self.levels[k]:
+            high, wide = texture.shape[1:]
+
+            def at(row, column, texture=texture, high=high, wide=wide):
+                inside = (row >= 0) & (column >= 0) & (row < high) & (column < wide)
+                return Number(self.by, np.where(inside, texture[of, row % high, column % wide], 0.0))
+
+            upper = self.between(at(j, i), at(j, i + 1), f)
+            made.append(self.between(upper, self.between(at(j + 1, i), at(j + 1, i + 1), f), g))
+        return made
+
+    def at(self, u, v, level):
+        """The three numbers at an image point and a level, which is held between 0 and the coarsest."""
+        u, v = (
+            Number(self.by, np.broadcast_to(each.x, np.broadcast_shapes(u.x.shape, level.x.shape))) for each in (u, v)
+        )
+        off, last = self.by.model.coordinate, len(self.levels) - 1
+        level = np.clip(level.x + off * self.by.within(level.x), 0, last)
+        fine = np.minimum(np.floor(level), last - 1) if last else np.zeros_like(level)
+        part = Number(self.by, level - fine)
+        found = [self.bilinear(k, u, v) for k in range(last + 1)]
+        made = []
+        for number in range(3):
+            values = [each[number] for each in found]
+            of_level = [values[0]] * 2 if last == 0 else [values[0], values[1]]
+            a, b = of_level
+            for k in range(1, last):
+                a, b = self.by.where(fine >= k, values[k], a), self.by.where(fine >= k, values[k + 1], b)
+            made.append(self.between(a, b, part) if last else a)
+        return made
+
+
 class RandomView:
     """A view with the words of ``lfssao.ao.formulas.Seen``; given: a ``BallView``, of which textures are read.
 
@@ -211,6 +285,7 @@ class RandomView:
         part = np.clip(0.5 + by.within(np.ones((1, 1, given.depth.size))), 0, 1)[:, 0]
         with np.errstate(invalid="ignore"):
             self.surfaces = np.where(given.low < given.high, given.low + part * (given.high - given.low), given.low)
+        self.filtered = None if given.moments_of is None else RandomPyramid(self, given.moments_of.roundings > 4)
         self.away = LOOK * by.rng.choice([-1, 0, 1, 0.5], (by.count, given.directions.size))
 
     def _vector(self, texture, texel):
@@ -272,9 +347,12 @@ class RandomView:
     def depth_along(self, direction):
         return self.by.total(self.rows[12:15], [direction.x, direction.y, direction.z])
 
-    def image(self, place, z):
+    def moments(self, seen, level):
+        return self.filtered.at(*seen, level)
+
+    def image(self, place, z=None):
         """The image point of a place, and whether it has one."""
-        again = self.by.choose(z, self.depth_at(place))
+        again = self.depth_at(place) if z is None else self.by.choose(z, self.depth_at(place))
         return image_of(self.given.kind, self.lens, place.row(0), place.row(1), place.row(2), again)
 
     def look(self, u, v, valid):
@@ -290,8 +368,13 @@ def summed(view, numbers, here, texel):
     s = np.arange(numbers.points.shape[0])
     place, counts = numbers.place(view, here, s), numbers.counts(view, here)
     z = view.depth_at(place)
-    inside, seen = view.look(*view.image(place, z))
-    term = view.by.where(view.shows(seen), numbers.term(view, here, s, z, texel, seen), numbers.background())
+    u, v, valid = view.image(place, z)
+    inside, seen = view.look(u, v, valid)
+    if view.filtered:
+        point = [np.clip(np.where(inside, each.x, 0), 0, k) for each, k in zip((u, v), view.shape[::-1], strict=True)]
+        term = numbers.term(view, here, s, z, texel, [Number(view.by, each) for each in point])
+    else:
+        term = view.by.where(view.shows(seen), numbers.term(view, here, s, z, texel, seen), numbers.background())
     return [np.where(inside & counts, term.x, 0.0)]
 
 

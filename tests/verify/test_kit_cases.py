@@ -20,11 +20,7 @@ from lfssao.verify.kit.stages import STAGES
 
 DIGESTS = json.loads(kit_digests.PATH.read_text())
 # As section 15 of the specification has it.
-BOUNDED = ("algorithm1", "algorithm2", "blur", "shade", "frame")
-BOUNDED_ESTIMATORS = (
-    "point", "hemisphere", "vo-points", "vo-points-normal", "vo-lines", "vo-lines-normal", "alchemy",
-    "oriented-hemisphere", "sao", "sao-equation-1", "hbao", "multiresolution",
-)  # fmt: skip
+BOUNDED = ("algorithm1", "algorithm2", "blur", "shade", "frame", "estimator")
 
 
 # The specification suffices, and the bits are the same on every machine
@@ -130,8 +126,7 @@ def test_a_case_is_small_and_its_outputs_lie_within_their_bounds(kit, name):
         assert key in ("lines", "x") or not np.isnan(array).any()  # a line that is none is four NaN
         if array.dtype == np.float32:  # shaders flush subnormal numbers
             assert not ((array != 0) & (np.abs(array) < np.finfo(np.float32).tiny)).any()
-    bounded = case.stage in BOUNDED or case.parameters.get("estimator") in BOUNDED_ESTIMATORS
-    assert bool(case.bounds) == bounded
+    assert bool(case.bounds) == (case.stage in BOUNDED)
     for output, bounds in case.bounds.items():
         lower, upper, made = bounds.lower, bounds.upper, case.outputs[output]
         assert lower.dtype == upper.dtype == made.dtype

@@ -88,7 +88,7 @@ def level_occlusion(by, level, place, normal, options, radius):
 
 
 def carried(by, level, coarse, place, normal, radius, values):
-    """What four coarse texels carry to each texel, two numbers, from those of the coarse level."""
+    """Two numbers that four coarse texels carry to each texel, from those of the coarse level."""
     rows, columns = np.nonzero(level >= 0)
     here, weights, found = level[rows, columns], [], [[], []]
     numbers = np.cumsum(coarse.ravel() >= 0).reshape(coarse.shape) - 1

@@ -21,8 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option
-from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON, TILE
-from lfssao.ao.estimators.vo.local_frame import disk_mirrors
+from lfssao.ao.estimators.vo.local_frame import EDGE_ON, TILE, disk_mirrors
 from lfssao.ao.formulas import fold_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi

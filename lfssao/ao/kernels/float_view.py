@@ -4,9 +4,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.core.numbers import as_float, formula
+from lfssao.ao.kernels.moments import filtered_moments
+from lfssao.core.jit import kernel
+from lfssao.core.numbers import as_float, formula, plain
 from lfssao.core.places import affine_rows, linear_rows
 from lfssao.core.vectors import Vector
+from lfssao.optics.kernels.projection import image_of, texel_number
 
 
 @formula
@@ -23,6 +26,22 @@ def row_of_texel(texel, width):
     A quotient that is no whole number lies at least 1 / width below the next one, further than it is rounded.
     """
     return np.uint32(np.int32(np.float64(np.int32(texel)) / np.float64(np.int32(width))))
+
+
+@kernel(inline=True)
+def landed(moments_of, x, y, width):
+    """Return the texel of the image point (x, y), or the point itself where textures are filtered."""
+    if moments_of is None:
+        return texel_number(x, y, width)
+    return as_float(x), as_float(y)
+
+
+@kernel(inline=True)
+def shown(moments_of, view, seen):
+    """Whether a surface is seen where a sample has ``landed``; filtered textures say by themselves how much is."""
+    if moments_of is None:
+        return view.shows(seen)
+    return True
 
 
 class FloatView(NamedTuple):
@@ -45,6 +64,7 @@ class FloatView(NamedTuple):
     lens: np.ndarray
     axes: np.ndarray
     width: int
+    moments_of: Any = None  # a pyramid, where textures are filtered (``ao.moments``)
 
     def position(self, texel):
         return float_vector(self.positions, texel)
@@ -70,6 +90,13 @@ class FloatView(NamedTuple):
     def shows(self, texel):
         return self.depth[texel] < np.inf
 
+    def image(self, place):
+        return image_of(self.kind, self.lens, place.u, place.v, place.q, place.z)
+
+    def moments(self, seen, level):
+        share, first, second = filtered_moments(self.moments_of, plain(level), plain(seen[0]), plain(seen[1]))
+        return as_float(share), as_float(first), as_float(second)
+
     def row(self, texel):
         return row_of_texel(texel, self.width)
 
@@ -93,3 +120,12 @@ class FloatView(NamedTuple):
 
     def depth_along(self, direction):
         return linear_rows(self.rows, direction).z
+
+
+@formula
+def with_kind(view, kind):
+    """A view whose mapping is of a kind that compilers know."""
+    return FloatView(
+        view.depth, view.surfaces, view.positions, view.normals, view.directions, view.turns, kind, view.rows,
+        view.lens, view.axes, view.width, view.moments_of,
+    )  # fmt: skip

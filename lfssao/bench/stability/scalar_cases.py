@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import post
-from lfssao.ao.estimators.vo.area import moment_pyramid
-from lfssao.ao.estimators.vo.kernels.disks import depth_model
+from lfssao.ao.estimators.vo.area import mean_and_deviation
 from lfssao.ao.kernels import ssao
+from lfssao.ao.kernels.moments import filtered_moments
+from lfssao.ao.moments import moment_pyramid
 from lfssao.bench.stability.inputs import lattice
 from lfssao.bench.stability.measure import Measured, error_of
 from lfssao.gbuffer.kernels import triangle
@@ -71,7 +72,8 @@ def spread(relief: float, path: str) -> Measured:
     z^2, and sigma by no more of itself than the variance of itself.
     """
     depth = (1 + relief * (lattice()[..., 1] + 1) / 2).astype(path)
-    ours = depth_model(moment_pyramid(depth, False), 3.0, 4.0, 4.0)[2]
+    moments = filtered_moments(moment_pyramid(depth, False), 3.0, 4.0, 4.0)
+    ours = mean_and_deviation(*map(np.float64, moments))[1]
     exact = [Fraction(float(z)) for z in depth.ravel()]
     variance = pvariance(exact) / Fraction(relief) ** 2
     with localcontext(prec=60):

@@ -8,8 +8,8 @@ as much as the surface there differs. Each term lies between those that any texe
 (``kernels.sums``); so do the terms of ``alchemy`` and ``sao`` and the rises of horizons of ``hbao``. Both ways of VO to
 make one occlusion of two radii grow with each of the two.
 
-``multiresolution`` sums terms of texels that no arithmetic chooses. ``vo-area`` sums areas; no interval of it is known,
-and it must have equal bits.
+Terms of ``vo-area`` are made of filtered textures (``kernels.moment_balls``), which do not jump. ``multiresolution``
+sums terms of texels that no arithmetic chooses.
 """
 
 from collections.abc import Callable
@@ -30,7 +30,7 @@ from lfssao.verify.bounds.kernels.seen import IMAGE, POSITIONS
 from lfssao.verify.bounds.kernels.sums import bound_sums, end_sums
 from lfssao.verify.bounds.multiresolution import multiresolution
 from lfssao.verify.bounds.post import merge_bounds, union_ends
-from lfssao.verify.bounds.problem import Options, Problem, Weights, ball_view, held
+from lfssao.verify.bounds.problem import Options, Problem, Weights, held, view_of_formulas
 from lfssao.verify.bounds.sao import sao, summing_error
 from lfssao.verify.bounds.ssao import counted, fraction_bounds, sample_points
 
@@ -101,7 +101,7 @@ def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0,
     options, seen = estimator.options(**given.options), given.surface(radius)
     assert estimator.formulas is not None
     made = held(estimator.formulas(given.seen, radius, given.points, given.weights, options))
-    view, sums = ball_view(given.seen, seen, model), np.zeros((3, *seen.depth.shape))
+    view, sums = view_of_formulas(given, seen, made), np.zeros((3, *seen.depth.shape))
     steps = getattr(made, "steps", None)  # of estimators that take them
     if steps:
         bound_folds(seen, view, made, largest, sums)
@@ -123,6 +123,8 @@ BOUNDED: dict[str, Callable[[Problem, float], Bounds | None]] = {
     "vo-points-normal": partial(_hidden_volume, at=partial(_formulas, name="vo-points-normal")),
     "vo-lines": partial(_hidden_volume, at=partial(_formulas, name="vo-lines", jumps=False)),
     "vo-lines-normal": partial(_hidden_volume, at=partial(_formulas, name="vo-lines-normal", jumps=False)),
+    "vo-area": partial(_hidden_volume, at=partial(_formulas, name="vo-area", jumps=False)),
+    "vo-area-normal": partial(_hidden_volume, at=partial(_formulas, name="vo-area-normal", jumps=False)),
     "alchemy": partial(_formulas, name="alchemy", largest=LIMITLESS, jumps=False),
     "oriented-hemisphere": partial(_formulas, name="oriented-hemisphere"),
     "hbao": partial(_formulas, name="hbao", largest=2 * ZENITH),

@@ -7,11 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Value, turns_of
-from lfssao.ao.formulas import float_view
+from lfssao.ao.formulas import float_view, words_of
+from lfssao.ao.moments import filtered
 from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.kernels.ball_view import BallView
+from lfssao.verify.bounds.kernels.moment_balls import BallPyramid
 from lfssao.verify.bounds.kernels.seen import CAST, NOTHING, Seen
 from lfssao.verify.bounds.ssao import image_depth, seen_by, single, with_depths
 
@@ -64,6 +66,26 @@ def ball_view(buffers: Buffers, seen: Seen, model: ErrorModel) -> BallView:
         by=model.errors,
         turned=buffers.turns is not None,
     )
+
+
+def view_of_formulas(given: Problem, seen: Seen, formulas: Any) -> BallView:
+    """Return a view as the formulas of an estimator read it, filtered where they ask for moments."""
+    view = ball_view(given.seen, seen, given.model)
+    if "moments" not in words_of(formulas):
+        return view
+    return view._replace(moments_of=moment_balls(seen, bool(given.options["prefilter"]), given.model))
+
+
+def moment_balls(seen: Seen, prefilter: bool, model: ErrorModel) -> BallPyramid:
+    """Return the moments of a view's depth, between the least and the largest of each surface."""
+    there = seen.depth < np.inf
+    low, high = (np.where(there, end, 0.0) for end in (seen.low, seen.high))
+    z, off = 0.5 * (low + high), 0.5 * (high - low)
+    size = np.abs(z)
+    off_square = (2 * size + off) * off + 2 * model.operation * size * size
+    values = filtered(np.stack([there.astype(np.float64), z, z * z], axis=-1), prefilter)
+    errors = filtered(np.stack([size, off, off_square], axis=-1), prefilter)
+    return BallPyramid(values, errors, 18.0 if prefilter else 4.0)
 
 
 def held(samples: Any) -> Any:

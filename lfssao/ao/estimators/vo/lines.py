@@ -2,7 +2,7 @@
 
 P is a texel's point, w its viewing direction, e and f the axes of its disk: the view's rightward direction made
 orthogonal to w, and w x that, reflected by the texel's mirror, one of a tile of 4 x 4 texels (4.5), and turned with it
-(``vo.kernels.local_frame`` has the equations). The ball holds t from -z_s to z_s of the line P + R (x e + y f + t w) at
+(``vo.local_frame``). The ball holds t from -z_s to z_s of the line P + R (x e + y f + t w) at
 (x, y) of the unit disk, z_s = sqrt(1 - x^2 - y^2). The surface that the texel of t = 0 shows is met at
 
     d = (z_Q - z_S) / (R w_z),   S = P + R (x e + y f)
@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.estimators.estimator import FloatArray
-from lfssao.ao.estimators.vo.kernels.local_frame import EDGE_ON, TILE
+from lfssao.ao.estimators.vo.local_frame import disk_frame, line_end
 from lfssao.ao.estimators.vo.volume import (
     VolumeOptions,
     Weights,
@@ -38,8 +38,6 @@ from lfssao.ao.estimators.vo.volume import (
 )
 from lfssao.ao.textures import Buffers
 from lfssao.core.numbers import larger, number, rounded, select, smaller
-from lfssao.core.quotients import divided, over
-from lfssao.core.vectors import cross, dot
 
 
 class Lines(NamedTuple):
@@ -61,20 +59,7 @@ class Lines(NamedTuple):
 
     def start(self, view: Any, texel: Any) -> Any:
         """Images of P, R e and R f; R w_z and what is one over it; the slopes of the tangent plane."""
-        w, right, radius = view.direction(texel), view.rightward(), self.radius
-        a = right - dot(right, w) * w
-        a = (1 / np.sqrt(dot(a, a))) * a
-        b, (cosine, sine) = cross(w, a), view.turn(texel)
-        row, column = view.row(texel) % TILE, view.column(texel) % TILE
-        # Renderers may turn lines before they make vectors of them: the terms of e and f are rounded 4 times more.
-        c, s = rounded(self.mirrors[0, row, column], 4, cosine), rounded(self.mirrors[1, row, column], 4, cosine)
-        c, s = c * cosine + s * sine, s * cosine - c * sine
-        e, f, n = c * a + s * b, s * a - c * b, view.normal(texel)
-        deep = radius * view.depth_along(w)
-        towards = larger(EDGE_ON, -dot(n, w))
-        slopes = over(dot(n, e), towards), over(dot(n, f), towards)
-        images = view.at(view.position(texel)), radius * view.along(e), radius * view.along(f)
-        return images, deep, 1 / deep, slopes
+        return disk_frame(view, texel, self.radius, self.mirrors)
 
     def counts(self, view: Any, here: Any) -> Any:
         """Whether the texel looks away from the viewer."""
@@ -87,10 +72,8 @@ class Lines(NamedTuple):
 
     def term(self, view: Any, here: Any, s: Any, z: Any, texel: Any, seen: Any) -> Any:
         """The hidden length, weighted."""
-        _, _, steep, (slope_e, slope_f) = here
-        d, half = (view.surface(seen) - z) * steep, number(self.half[s], z)
-        plane = divided(self.points[s, 0] * slope_e + self.points[s, 1] * slope_f)
-        top = select(self.tangent, smaller(half, plane), half)
+        d, half = (view.surface(seen) - z) * here[2], number(self.half[s], z)
+        top = line_end(here[3], self.points[s, 0], self.points[s, 1], half, self.tangent)
         back = select(self.thickness < np.inf, smaller(top, d + rounded(self.thickness, 6, z)), top)
         return rounded(self.weights[s], 5, z) * larger(0, back - larger(d, -half))
 

@@ -19,8 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.estimators.estimator import FloatArray
-from lfssao.ao.estimators.vo.kernels.local_frame import TILE
-from lfssao.ao.estimators.vo.local_frame import ball_mirrors
+from lfssao.ao.estimators.vo.local_frame import TILE, ball_mirrors
 from lfssao.ao.estimators.vo.volume import (
     VolumeOptions,
     Weights,

@@ -23,15 +23,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lfssao.ao import post
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option
-from lfssao.ao.estimators.vo.kernels.local_frame import Disk
 from lfssao.ao.estimators.vo.local_frame import disk_mirrors
 from lfssao.ao.formulas import float_view, words_of
+from lfssao.ao.kernels.moments import Pyramid
 from lfssao.ao.kernels.sums import sum_samples
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers
@@ -79,9 +79,11 @@ def sum_at_radii(
     points: FloatArray,
     weights: Weights,
     options: VolumeOptions,
+    moments: Pyramid | None = None,
 ) -> Occlusion:
-    """Return occlusion of a view by formulas, ``Estimator.run`` of them."""
+    """Return occlusion of a view by formulas, ``Estimator.run`` of them; moments: of its depth, if they are read."""
     view = float_view(buffers, words_of(formulas(buffers, radius, points, weights, options)))
+    view = view._replace(moments_of=moments)
 
     def occlusion(r: float) -> Occlusion:
         return run_kernel(sum_samples, buffers.depth, view, formulas(buffers, r, points, weights, options))
@@ -103,6 +105,21 @@ def normalised(weights: FloatArray) -> FloatArray:
     return fractions
 
 
+class Disk(NamedTuple):
+    """Samples of the unit disk, arrays of the arithmetic's dtype.
+
+    places: (n, 2), x and y. half: (n,), z_s = sqrt(1 - x^2 - y^2). weights: (n,), of a unit of hidden length, so that a
+    ball hidden whole (or half a ball, with the tangent plane) gives 1. finer: (n,) float64, half the log2 of each
+    sample's fraction of the disk's area. mirrors: (2, TILE, CHUNK), c and s of the reflections of a tile.
+    """
+
+    places: Any
+    half: Any
+    weights: Any
+    finer: Any
+    mirrors: Any
+
+
 def make_disk(points: Any, weights: Any, options: VolumeOptions, tangent: bool, dtype: np.dtype[Any]) -> Disk:
     """Return samples of the disk as kernels take them, made in float64."""
     disk = np.ascontiguousarray(points, np.float64)
@@ -121,7 +138,6 @@ def make_disk(points: Any, weights: Any, options: VolumeOptions, tangent: bool, 
         weights=(2 * by_length if tangent else by_length).astype(dtype),
         finer=np.array([0.5 * log2(area) for area in areas.tolist()]),
         mirrors=disk_mirrors(options.randomize, options.seed, dtype),
-        tangent=tangent,
     )
 
 

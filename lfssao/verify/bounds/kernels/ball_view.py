@@ -1,6 +1,6 @@
 """A view of balls, as formulas read it: textures that all renderers have, and how far what they make of them is off."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,7 +9,9 @@ from lfssao.core.balls import Ball
 from lfssao.core.numbers import formula
 from lfssao.core.places import offset_spot, point_spot, row_of_spot
 from lfssao.core.vectors import Vector, dot
+from lfssao.optics.kernels.projection import image_of
 from lfssao.verify.bounds.kernels.images import certain
+from lfssao.verify.bounds.kernels.moment_balls import filtered_balls
 
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 
@@ -19,6 +21,14 @@ def _vector(view, texture, texel, error):
     t = np.uint64(3) * np.uint64(texel)
     x, y, z = texture[t], texture[t + np.uint64(1)], texture[t + np.uint64(2)]
     return Vector(view.ball(x, error), view.ball(y, error), view.ball(z, error))
+
+
+@formula
+def image_at(view, place, z):
+    """The image point u, v of a place of balls, at cast z, and whether there is one."""
+    m = view.rows
+    a, b, q = row_of_spot(m, 0, place), row_of_spot(m, 1, place), row_of_spot(m, 2, place)
+    return image_of(view.kind, view.lens, a, b, q, z)
 
 
 class BallView(NamedTuple):
@@ -44,6 +54,7 @@ class BallView(NamedTuple):
     high: np.ndarray
     by: NamedTuple
     turned: bool
+    moments_of: Any = None  # ``moment_balls.BallPyramid``, where textures are filtered
     way: int = 0
     asked: np.ndarray = np.zeros(1)
 
@@ -79,6 +90,12 @@ class BallView(NamedTuple):
     def shows(self, texel):
         return self.depth[texel] < np.inf
 
+    def image(self, place):
+        return image_at(self, place, self.depth_at(place))
+
+    def moments(self, seen, level):
+        return filtered_balls(self.moments_of, level, seen[0], seen[1], self.by)
+
     def row(self, texel):
         return row_of_texel(texel, self.width)
 
@@ -110,5 +127,5 @@ def answering(view, way, asked):
     """A view that answers conditions in doubt in one way."""
     return BallView(
         view.depth, view.positions, view.normals, view.directions, view.turns, view.kind, view.rows, view.lens,
-        view.axes, view.width, view.low, view.high, view.by, view.turned, way, asked,
+        view.axes, view.width, view.low, view.high, view.by, view.turned, view.moments_of, way, asked,
     )  # fmt: skip

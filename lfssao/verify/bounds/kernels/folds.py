@@ -11,10 +11,9 @@ from lfssao.core.balls import SAFETY, UNKNOWN, ball_between
 from lfssao.core.doubts import doubt_of
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import number
-from lfssao.verify.bounds.kernels.ball_view import answering
+from lfssao.verify.bounds.kernels.ball_view import answering, image_at
 from lfssao.verify.bounds.kernels.images import Projected, widen
 from lfssao.verify.bounds.kernels.seen import box_of, texel_of
-from lfssao.verify.bounds.kernels.sums import image_at
 
 
 @kernel(inline=True)

@@ -6,13 +6,12 @@ the box touches, or none; the sample's term lies between the least and the large
 
 import numpy as np
 
+from lfssao.ao.kernels.float_view import shown
 from lfssao.core.balls import SAFETY, UNKNOWN
 from lfssao.core.doubts import doubt_of
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import number
-from lfssao.core.places import row_of_spot
-from lfssao.optics.kernels.projection import image_of
-from lfssao.verify.bounds.kernels.ball_view import answering
+from lfssao.core.numbers import number, within
+from lfssao.verify.bounds.kernels.ball_view import answering, image_at
 from lfssao.verify.bounds.kernels.images import Projected, widen
 from lfssao.verify.bounds.kernels.seen import box_of, texel_of
 
@@ -20,18 +19,21 @@ _OPEN = 2.0**-10  # a term whose interval is wider than this part of it counts a
 
 
 @kernel(inline=True)
-def image_at(view, place, z):
-    """The image point u, v of a place of balls, at cast z, and whether there is one."""
-    m = view.rows
-    a, b, q = row_of_spot(m, 0, place), row_of_spot(m, 1, place), row_of_spot(m, 2, place)
-    return image_of(view.kind, view.lens, a, b, q, z)
+def readings(moments_of, box):
+    """How many readings a look-up is bounded by: of each texel of a box, or the one of filtered textures."""
+    if moments_of is None:
+        return box.texels
+    return min(box.texels, 1)
 
 
 @kernel(inline=True)
-def look(view, seen, place, z):
-    """The texels that a place of balls, at cast z, may be looked up in."""
-    u, v, valid = image_at(view, place, z)
-    return box_of(seen, widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by))
+def reading(moments_of, view, box, image, k):
+    """Return what formulas are given of reading k: a texel, or the image point in the texture."""
+    if moments_of is None:
+        row, column = texel_of(box, k)
+        return row * view.width + column
+    height = np.float64(view.low.shape[0] // view.width)
+    return within(image.u, 0.0, np.float64(view.width)), within(image.v, 0.0, height)
 
 
 @kernel
@@ -43,13 +45,14 @@ def _bound_texel(view, seen, estimator, largest, jumps, texel):
     for s in range(estimator.points.shape[0] if counts.may else 0):
         place = estimator.place(view, here, s)
         z = view.depth_at(place)
-        box = look(view, seen, place, z)
+        u, v, valid = image_at(view, place, z)
+        image = widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by)
+        box = box_of(seen, image)
         least, most = largest * box.least, largest * box.most
-        for k in range(box.texels):
-            row, column = texel_of(box, k)
-            other = row * seen.depth.shape[1] + column
+        for k in range(readings(view.moments_of, box)):
+            other = reading(view.moments_of, view, box, image, k)
             term = number(estimator.background(), z)
-            if view.shows(other):
+            if shown(view.moments_of, view, other):
                 term = estimator.term(view, here, s, z, texel, other)
             error = term.error * SAFETY
             if error < UNKNOWN:

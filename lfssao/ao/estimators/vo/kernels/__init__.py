@@ -1,1 +1,0 @@
-"""Kernels: numba functions of arrays and scalars."""

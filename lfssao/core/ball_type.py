@@ -1,0 +1,102 @@
+"""The type of balls (``lfssao.core.balls``), how one is made, and how a rule of them is told to the compiler."""
+
+import inspect
+
+import numpy as np
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic, make_attribute_wrapper, models, overload, register_model
+
+from lfssao.core.numbers import INLINED, formula, is_plain
+
+FLUSHED = 2.0**-124  # four flushed numbers: an operation's operands and its result, and one to spare
+SAFETY = 1.0 + 2.0**-20
+TINY = 2.0**-149  # added to sizes, so that 0 times what is unknown is beyond all float32 numbers, as it may be NaN
+UNKNOWN = 2.0**400  # an error of a number of which nothing is known; its square is finite
+LARGE = 2.0**126
+
+
+class BallType(types.Type):  # type: ignore[misc]
+    """A ball, with the error model of its operations: relative errors of + - *, quotients, roots, and of exp.
+
+    exp(x) is off by ``constant`` and by ``slope`` abs(x).
+    """
+
+    def __init__(self):
+        super().__init__("Ball")
+
+
+_FIELDS = "value", "error", "operation", "quotient", "root", "constant", "slope"
+
+
+@register_model(BallType)
+class _BallModel(models.StructModel):  # type: ignore[misc]
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, [(name, types.float64) for name in _FIELDS])
+
+
+for _name in _FIELDS:
+    make_attribute_wrapper(BallType, _name, _name)
+ball = BallType()
+
+
+@intrinsic
+def ball_of(_typing, value, error, operation, quotient, root, constant, slope):
+    """Value +- error, in the error model of these relative errors."""
+
+    def make(context, builder, _signature, arguments):
+        made = cgutils.create_struct_proxy(ball)(context, builder)
+        for name, each in zip(_FIELDS, arguments, strict=True):
+            setattr(made, name, each)
+        return made._getvalue()
+
+    return ball(*[types.float64] * len(_FIELDS)), make
+
+
+@formula
+def Ball(value, error, like):  # noqa: N802 - it reads as a type
+    """Value +- error, in the error model of another ball."""
+    return ball_of(value, error, like.operation, like.quotient, like.root, like.constant, like.slope)
+
+
+@formula
+def flushed(by, size):
+    """How much flushing may take from a result of a size; nothing of 0."""
+    return min(by, LARGE * size)
+
+
+@formula
+def exact(x, like):
+    """A plain number as a renderer has it, in float32."""
+    return Ball(np.float64(np.float32(x)), 0.0, like)
+
+
+@formula
+def ball_between(low, high, like):
+    """All numbers between two floats."""
+    return Ball(0.5 * (low + high), 0.5 * (high - low), like)
+
+
+def rule(function):
+    """Overload a function of balls; of two operands one may be a plain number, which is exact."""
+
+    def wrap(implementation):
+        one = len(inspect.signature(implementation).parameters) == 1
+        typed = (lambda x: implementation if x == ball else None) if one else _of_two(function, implementation)
+        overload(function, jit_options=INLINED)(typed)
+        return implementation
+
+    return wrap
+
+
+def _of_two(function, implementation):
+    def typed(x, y):
+        if x == ball and y == ball:
+            return implementation
+        if x == ball and is_plain(y):
+            return lambda x, y: function(x, exact(y, x))
+        if is_plain(x) and y == ball:
+            return lambda x, y: function(exact(x, y), y)
+        return None
+
+    return typed

@@ -228,6 +228,7 @@ def test_a_wrong_function_breaks_a_row_nearly_everywhere(monkeypatch, name):
 
 @pytest.mark.parametrize("name", FORMULAS)
 def test_a_wrong_formula_of_an_estimator_breaks_a_row(monkeypatch, name):
+    monkeypatch.setattr(occlusions, "_TERMS", 128)
     textures = conditions.seen("perspective")
     radius = 8 * conditions.texel_size(textures)
     right = occlusions.compare(name, textures, radius, "float32")

@@ -20,7 +20,7 @@ from lfssao.bench.stability.table import Inputs, Stated
 from lfssao.bench.stability.tracked import Arithmetic
 
 # Samples, and terms of a row, those of a few texels spread over the texture; of one where an estimator has as many.
-_SAMPLES, _TERMS = 12, 64
+_SAMPLES, _TERMS = 8, 24
 
 
 _NEAR = "rounding may move a sample past a texel's edge or a surface"

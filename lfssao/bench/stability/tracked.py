@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from math import inf, isfinite, isqrt, log2
-from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike
 
+_PLAIN = int, float, np.number  # types of plain numbers
 _BITS = 2048  # of a denominator; a value of more is off by up to 2^-1100 of itself, which no bound counts
 _KEPT = 1101
 _ROOT = 300  # bits of a root's value
@@ -46,12 +46,12 @@ class Arithmetic:
             if not isfinite(value):
                 return Tracked(Fraction(0), inf, self)
             value = Fraction(float(value))
-        size = _size(value)
-        if error == 0 and self._holds(value, size):
-            return Tracked(_shortened(value), 0.0, self)
-        if error == inf or not size + error < self.largest:
-            return Tracked(_shortened(value), inf, self)
-        return Tracked(_shortened(value), (error + self.unit * (size + error) + self.tiny) * _SAFETY, self)
+        made = Tracked(_shortened(value), error, self)
+        if not made.size + error < self.largest:
+            made.error = inf
+        elif error or not self._holds(value, made.size):
+            made.error = (error + self.unit * (made.size + error) + self.tiny) * _SAFETY
+        return made
 
     def given(self, number: Any) -> "Tracked":
         """An input, rounded to the format."""
@@ -80,6 +80,7 @@ class Tracked:
 
     def __init__(self, value: Fraction, error: float, arithmetic: Arithmetic) -> None:
         self.value = value  # its value without any rounding
+        self.size = abs(float(value))
         self.error = error  # largest distance of the computed number from it; infinity if unbounded
         self.arithmetic = arithmetic  # how results are rounded
 
@@ -90,7 +91,7 @@ class Tracked:
         """A number beside this one; None if it is none."""
         if isinstance(x, Tracked):
             return x
-        return self.arithmetic.number(x) if isinstance(x, Real) else None
+        return self.arithmetic.number(x) if isinstance(x, _PLAIN) else None
 
     def __add__(self, other: Any) -> Any:
         if (b := self._of(other)) is None:
@@ -113,13 +114,13 @@ class Tracked:
         if (b := self._of(other)) is None:
             return NotImplemented
         for one, x in ((self, b), (b, self)):  # no sign is rounded
-            if one.error == 0 and one.value in (1, -1):
+            if one.error == 0 and one.size == 1 and one.value in (1, -1):
                 return x if one.value == 1 else -x
         if (_is_zero(self) and b.error < inf) or (_is_zero(b) and self.error < inf):
             return self.arithmetic.number(Fraction(0))
         if inf in (self.error, b.error):
             return Tracked(_shortened(self.value * b.value), inf, self.arithmetic)
-        error = _size(self.value) * b.error + _size(b.value) * self.error + self.error * b.error
+        error = self.size * b.error + b.size * self.error + self.error * b.error
         return self.arithmetic.number(self.value * b.value, error)
 
     __rmul__ = __mul__
@@ -128,10 +129,10 @@ class Tracked:
         """The quotient; its error is unbounded where the divisor may be 0."""
         if (b := self._of(other)) is None:
             return NotImplemented
-        quotient, least = self.value / b.value if b.value else Fraction(0), _size(b.value) - b.error
+        quotient, least = self.value / b.value if b.value else Fraction(0), b.size - b.error
         if not b.value or not least > 0:
             return Tracked(_shortened(quotient), inf, self.arithmetic)
-        return self.arithmetic.number(quotient, (self.error + _size(quotient) * b.error) / least)
+        return self.arithmetic.number(quotient, (self.error + abs(float(quotient)) * b.error) / least)
 
     def __rtruediv__(self, other: Any) -> Any:
         return self._of(other) / self
@@ -146,7 +147,7 @@ class Tracked:
         """A number from 0 on to a power k >= 0 in float64, rounded once, its value to 60 digits; it grows with x."""
         if k == 1:
             return self
-        value, x = _power(self.value, k), float(self.value)
+        value, x = _power(self.value, k), self.size
         ends = max(x - self.error, 0.0) ** k, (x + self.error) ** k
         off = max(abs(end - float(value)) for end in ends) if self.error or self.arithmetic.unit else 0.0
         return self.arithmetic.number(value, off + 2.0**-50 * float(value) * (self.arithmetic.unit > 0))
@@ -160,7 +161,7 @@ class Tracked:
         n, d = self.value.numerator, self.value.denominator
         k = _ROOT + max(0, d.bit_length() - n.bit_length())
         value = Fraction(isqrt((n << 2 * k) // d), 1 << k)
-        within = float(self.value) > self.error
+        within = self.size > self.error
         return self.arithmetic.number(value, self.error / float(value) if within else inf)
 
     def __lt__(self, other: Any) -> Any:
@@ -269,11 +270,7 @@ def _fact(true: bool, room: Fraction, error: float, arithmetic: Arithmetic) -> A
 
 
 def _is_zero(x: Tracked) -> bool:
-    return not x.value and x.error == 0
-
-
-def _size(value: Fraction) -> float:
-    return abs(float(value))
+    return x.error == 0 and not x.value
 
 
 def _shortened(value: Fraction) -> Fraction:

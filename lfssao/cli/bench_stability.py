@@ -1,4 +1,4 @@
-"""``lfssao bench stability``: stiff and extreme cases against exact arithmetic, estimators against float64."""
+"""``lfssao bench stability``: stiff and extreme cases against exact arithmetic, and against float64."""
 
 import argparse
 from pathlib import Path
@@ -10,9 +10,9 @@ from lfssao.cli.values import PICTURES, check_target
 
 def add_to(stability: argparse.ArgumentParser) -> None:
     """Add the bench's options."""
-    stability.description = """Stiff and extreme cases: the mapping and LF's decisions against exact arithmetic, every
-        estimator in float32 against float64. Printed is what is degraded or refused. Exit code 1 if a case is not as
-        stated."""
+    stability.description = """Stiff and extreme cases: the mapping, LF's decisions and estimators that are written as
+        formulas against exact arithmetic, every estimator in float32 against float64. Printed is what is degraded or
+        refused, or has no exact value. Exit code 1 if a case is not as stated."""
     stability.set_defaults(run=_stability)
     stability.add_argument("--all", action="store_true", help="print all rows")
     stability.add_argument("--json", metavar="FILE", type=Path, help="write the table as JSON, too")

@@ -108,6 +108,18 @@ class _Cache(caching.FunctionCache):  # type: ignore[misc]
         stamp = self._impl.locator.get_source_stamp()
         self._cache_file = _Files(self.cache_path, self._impl.filename_base, stamp)
 
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled, but for estimators of others: a process that cannot import them could read nothing."""
+        if all(map(_is_known, sig)):
+            super().save_overload(sig, data)
+
+
+def _is_known(kind: Any) -> bool:
+    """Whether the tuples in a type of numba's are those of this package."""
+    made = getattr(kind, "instance_class", None)
+    own = made is None or made.__module__.partition(".")[0] == "lfssao"
+    return own and all(map(_is_known, getattr(kind, "types", ())))
+
 
 class RowKernel:
     """A kernel of a band of rows, which is called for all of them: threads share the rows (``kernel``).

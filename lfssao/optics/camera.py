@@ -1,5 +1,6 @@
 """Ordinary views, for Algorithm 1 (LF section 4): a pinhole or an orthographic camera as two 4x4 matrices."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import sqrt
@@ -215,7 +216,7 @@ _ENDLESS = 2.0**60  # so far away that depth has the bits of an infinite far pla
 
 def _view(lens: NDArray[np.float64], eye_from_world: Matrix, width: int, height: int, guard: int) -> View:
     """The view of a camera's numbers."""
-    world_from_eye, (screen_from_eye, eye_from_screen) = invert_affine(eye_from_world), _screen_matrices(lens)
+    world_from_eye, (screen_from_eye, eye_from_screen) = invert_affine(eye_from_world), screen_matrices(lens.tolist())
     kind, screen_z = PROJECTIONS[int(lens[6])], "screen space z: 0 at the near plane, 1 at the far plane"
     return View(
         name="camera",
@@ -236,13 +237,13 @@ def with_lens(view: View, lens: NDArray[np.float64], eye_from_world: Matrix) -> 
     return replace(_view(lens, eye_from_world, view.width, view.height, view.guard), name=view.name)
 
 
-def _screen_matrices(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
-    """Eye -> screen and back: u = c_u + f_u x / w, v = c_v - f_v y / w.
+def screen_matrices(lens: Sequence[Any]) -> tuple[list[list[Any]], list[list[Any]]]:
+    """Eye -> screen and back, 4 x 4, of the numbers of a lens of any kind: u = c_u + f_u x / w, v = c_v - f_v y / w.
 
     In perspective w = z, depth = far / (far - near) (1 - near / z); else w = 1 and depth = (z - near) / (far - near).
     Depth of linear views is -1 / z, or z.
     """
-    f_u, f_v, c_u, c_v, near, far, orthographic, linear = lens.tolist()
+    f_u, f_v, c_u, c_v, near, far, orthographic, linear = lens
     span = far - near
     if orthographic:
         near, span = (0.0, 1.0) if linear else (near, span)
@@ -252,7 +253,7 @@ def _screen_matrices(lens: NDArray[np.float64]) -> tuple[Matrix, Matrix]:
         a, b = (0.0, 1.0) if linear else (far / span, far * near / span)
         forth = [[f_u, 0, c_u, 0], [0, -f_v, c_v, 0], [0, 0, a, -b], [0, 0, 1, 0]]
         back = [[1 / f_u, 0, 0, -c_u / f_u], [0, -1 / f_v, 0, c_v / f_v], [0, 0, 0, 1], [0, 0, -1 / b, a / b]]
-    return np.array(forth), np.array(back)
+    return forth, back
 
 
 def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:

@@ -359,14 +359,20 @@ def crossed_slits(physical_from_world: Matrix, lens: NDArray[np.float64]) -> Wor
 
     ``physical_from_world``, (3, 4) float64, is affine; ``lens`` holds ``lfssao.optics.kernels.rays.FlatModule``.
     """
-    m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens.tolist()
-    rows = np.array(physical_from_world, np.float64)
+    return WorldToImage(
+        mapping.CROSSED_SLITS, slits_numbers(np.asarray(physical_from_world, np.float64), lens.tolist())
+    )
+
+
+def slits_numbers(physical_from_world: NDArray[Any], lens: Sequence[Any]) -> NDArray[Any]:
+    """The numbers of ``crossed_slits``, (16,), of arrays and lists of any numbers."""
+    m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens
+    rows = physical_from_world.copy()
     rows[0, 3] -= m_x
     rows[1, 3] -= y_o
     rows[0] *= u_scale * m_z
     rows[1] *= v_scale * z_o
-    numbers = np.concatenate([rows.ravel(), [m_z, z_o, u_0 + u_scale * m_x, v_0 + v_scale * y_o]])
-    return WorldToImage(mapping.CROSSED_SLITS, numbers)
+    return np.concatenate([rows.ravel(), [m_z, z_o, u_0 + u_scale * m_x, v_0 + v_scale * y_o]])
 
 
 def fit_roi(world_box: NDArray[np.float64], physical_box: Any) -> Matrix:

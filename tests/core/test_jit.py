@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -18,6 +19,7 @@ import lfssao
 from lfssao.ao.kernels import post
 from lfssao.core import jit
 from lfssao.errors import InputWarning
+from lfssao.optics.kernels.projection import Slits
 from lfssao.samples.kernels import ball
 
 PACKAGE = Path(lfssao.__file__).parent
@@ -137,6 +139,33 @@ def test_compiled_code_that_is_damaged_is_noticed_and_made_anew(tmp_path, monkey
         assert hits() == 1, name
     path.unlink()
     assert (hits(), hits()) == (0, 1)
+
+
+class Foreign(NamedTuple):
+    """A tuple that other processes cannot import."""
+
+    number: int
+    within: Any = None
+
+
+def number_of(given):
+    return given.number
+
+
+def first_of(given):
+    return given[0]
+
+
+def test_code_for_tuples_of_others_is_not_kept(tmp_path, monkeypatch):
+    """Their types stand in the index of a kernel's code, which no process could read that does not know them."""
+    monkeypatch.setattr(jit, "_cache_folder", lambda _: str(tmp_path))
+    made = jit.kernel(number_of)
+    first = jit.kernel(first_of)
+    assert made(Foreign(3)) == made(Foreign(3, 5.0)) == 3
+    assert first(Slits(1, 2, 3, Foreign(4))) == first((1, Foreign(2))) == 1
+    assert not list(tmp_path.rglob("*.nbi"))
+    assert first(Slits(1, 2, 3, 4)) == 1
+    assert list(tmp_path.rglob("*.nbi"))
 
 
 @numba.njit

@@ -64,6 +64,7 @@ class Estimator:
     # ``formulas(buffers, radius, points, weights, options)`` where it is written as ``lfssao.ao.formulas.Summed``: the
     # tuple of its numbers, of the textures' dtype
     formulas: Callable[..., Any] | None = None
+    filtered: bool = False  # whether they read filtered textures, and not texels
     options: type[Options] = Options  # the dataclass of its options
     # ``run_radii(buffers, radii, points, weights, options)``: the bits that ``run`` makes of each radius, in less time
     run_radii: Callable[..., list[Occlusion]] | None = None
@@ -87,6 +88,11 @@ class Estimator:
     def parameters(self) -> dict[str, Value]:
         """Names and default values of its options."""
         return {each.name: getattr(self.options, each.name) for each in fields(self.options)}
+
+    @property
+    def reads_texels(self) -> bool:
+        """Whether it is written as formulas that look each sample up in one texel."""
+        return self.formulas is not None and not self.filtered
 
     def reads_normals(self, parameters: Mapping[str, Value]) -> bool:
         """Whether it reads the normals texture with these parameters."""

@@ -8,13 +8,14 @@ from math import inf
 import numpy as np
 
 from lfssao.ao import post, ssao
-from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.ao.ssao import Occlusion
 from lfssao.bench.stability import scalar_cases
 from lfssao.bench.stability.conditions import CONDITIONS, conditions
 from lfssao.bench.stability.inputs import mapped
 from lfssao.bench.stability.measure import PATHS
-from lfssao.bench.stability.table import Case, Inputs, Refusal, Stated
+from lfssao.bench.stability.occlusions import OCCLUSIONS, occlusions
+from lfssao.bench.stability.table import Case, Inputs, Lack, Refusal, Stated
 from lfssao.optics.display import Display, Module
 from lfssao.optics.display_file import find_display
 from lfssao.optics.kernels.projection import CROSSED_SLITS
@@ -126,10 +127,17 @@ def _scalars() -> Inputs:
 
 
 def _cases() -> Iterator[Case]:
-    inputs = list(chain(mapped(), _scalars(), conditions()))
-    for name, (stiff, stated) in (_DIFFICULTIES | CONDITIONS).items():
-        paths = tuple(ESTIMATORS) if name in CONDITIONS else PATHS
+    inputs = list(chain(mapped(), _scalars(), occlusions(), conditions()))
+    for name, (stiff, stated) in (_DIFFICULTIES | OCCLUSIONS | CONDITIONS).items():
+        paths = PATHS if name in _DIFFICULTIES else tuple(ESTIMATORS)
         yield Case(name, stiff, [(text, run) for case, text, run in inputs if case == name], stated, paths)
 
 
-CASES: tuple[Case | Refusal, ...] = (*_cases(), *REFUSALS)
+def _lacking() -> Iterator[Lack]:
+    """Estimators that have no formulas of texels; decisions of ``lf`` are those of the cases of a mapping."""
+    for name in ESTIMATORS:
+        if name != "lf" and not find_estimator(name).reads_texels:
+            yield Lack("formulas", name, "not written as formulas of texels")
+
+
+CASES: tuple[Case | Lack | Refusal, ...] = (*_cases(), *_lacking(), *REFUSALS)

@@ -43,7 +43,7 @@ def on(
         if not set(parameters) <= set(ESTIMATORS[name].parameters):
             return None
         textures = seen(kind, **how)
-        size = texels * _texel(textures) if texels else radius
+        size = texels * texel_size(textures) if texels else radius
         return compare(name, changed(textures) if changed else textures, size, parameters)
 
     return run
@@ -109,7 +109,7 @@ def seen(kind: str, surface: str = "hills", relief: float = 0.25, size: tuple[in
     return Buffers(view, depth, np.where(there, points, np.inf), np.where(there, normals, 0))
 
 
-def _texel(textures: Buffers) -> float:
+def texel_size(textures: Buffers) -> float:
     """Median distance between points of neighbours in a row, world units; 1/16 where there are none."""
     steps = np.diff(np.where(np.isinf(textures.positions), np.nan, textures.positions), axis=1)
     return float(np.nanmedian(np.sqrt((steps * steps).sum(axis=2)))) if steps.size else 1 / 16
@@ -177,7 +177,7 @@ def _textures(kind: str) -> Inputs:
         scaled = partial(lambda k, t: replace(t, normals=k * np.asarray(t.normals)), scale)
         yield "normals", f"{scale:g} n", on(kind, 4.0, changed=scaled)
     for power in (2, -12):
-        board = on(kind, 2.0**power, changed=partial(_at_corners, kind), surface="a chessboard", relief=0.05)
+        board = on(kind, 2.0**power, changed=partial(at_corners, kind), surface="a chessboard", relief=0.05)
         yield "texels' corners", f"R = 2^{power} texels", board
     for surface in ("a plane", "two layers", "planes an ulp apart"):
         yield "coplanar", surface, on(kind, 4.0, surface=surface)
@@ -193,7 +193,7 @@ def _edge_on(textures: Buffers) -> Buffers:
     return replace(textures, normals=edge / np.maximum(np.sqrt((edge * edge).sum(axis=2)), 1e-9)[..., None])
 
 
-def _at_corners(kind: str, textures: Buffers) -> Buffers:
+def at_corners(kind: str, textures: Buffers) -> Buffers:
     """Positions of a plane in the texels' upper left corners, where there are some."""
     flat = seen(kind, "a plane", 0.05).positions.copy()
     flat[1:, 1:] = (flat[1:, 1:] + flat[:-1, 1:] + flat[1:, :-1] + flat[:-1, :-1]) / 4

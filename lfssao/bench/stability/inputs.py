@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.bench.stability.exact import CameraAtOrigin, CrossedSlits, GeneralDisplay
 from lfssao.bench.stability.measure import Measured, Stiff, measure
 from lfssao.bench.stability.table import Inputs
 from lfssao.core.affine import Matrix
 from lfssao.core.elementary import sincospi
+from lfssao.optics.camera import Camera
 from lfssao.optics.display import Display, Module, fit_roi
 from lfssao.optics.display_file import find_display
+from lfssao.optics.kernels.projection import DISPLAY
+from lfssao.optics.view import View, WorldToImage
 
 SIZE = 8
 STEPS = 60
@@ -60,7 +62,8 @@ def scene(
     if depth is None:
         place = (lattice()[::-1, ::-1, 1] + 1) / 2
         depth = (z.min() + place * (z.max() - z.min())).astype(np.float32)
-    return Stiff(CrossedSlits(shown_by, physical_from_world, turn), points, np.array(offset, np.float64), depth)
+    view = shown_by.view(0, physical_from_world)
+    return Stiff(view, points, np.array(offset, np.float64), depth, turn=turn)
 
 
 def near(slit: float, k: int, axis: int) -> Stiff:
@@ -89,7 +92,7 @@ def on_surface(
     places = texture.astype(np.float64) if z is None else np.full(texture.shape, z)
     points = origin + places[..., None] * direction
     points[..., 2] = places
-    return Stiff(CrossedSlits(shown_by, UNCHANGED), points, offset, texture)
+    return Stiff(shown_by.view(0, UNCHANGED), points, offset, texture)
 
 
 def stored_as(name: str, step: float) -> Stiff:
@@ -117,14 +120,25 @@ def along_rays(shown_by: Display, index: int, part: float) -> Stiff:
     middle, towards = direction[module.height // 2, module.width // 2], (np.indices(u.shape).sum(axis=0) % 2) * 2.0
     depth = (points[..., 2] + step * towards).astype(np.float32)
     texels = [(int(j), int(i)) for j in rows for i in columns if span[j, i, 0] < span[j, i, 1]]
-    return Stiff(GeneralDisplay(shown_by, index), points, step * middle, depth, texels=texels)
+    return Stiff(general_view(shown_by, index), points, step * middle, depth, texels=texels)
 
 
-def seen_by(eye: CameraAtOrigin, depth: NDArray[np.float64], offset: Any) -> Stiff:
+def general_view(shown_by: Display, index: int) -> View:
+    """A module's view in physical coordinates, its mapping of kind DISPLAY even where a display has a simpler one."""
+    numbers = np.concatenate([np.eye(3, 4).ravel(), shown_by.module_numbers(index)])
+    return replace(shown_by.view(index, np.eye(3, 4)), lens=numbers[12:], world_to_image=WorldToImage(DISPLAY, numbers))
+
+
+def camera_at_origin(projection: str, far: float) -> Camera:
+    """A camera at the origin that looks along -Z, near plane at 0.5, 1.5 high at the distance 2."""
+    return Camera(projection, (0.0, 0.0, 0.0), (0.0, 0.0, -2.0), (0.0, 1.0, 0.0), 1.5, 0.5, far)
+
+
+def seen_by(eye: Camera, depth: NDArray[np.float64], offset: Any) -> Stiff:
     """The texels of a camera with a depth texture, each with a sample."""
     texture = depth.astype(np.float32)
     v, u = np.indices(texture.shape) + 0.5
-    return Stiff(eye, np.stack([u, v, texture.astype(np.float64)], axis=-1), np.array(offset), texture)
+    return Stiff(eye.view(SIZE, SIZE), np.stack([u, v, texture.astype(np.float64)], axis=-1), np.array(offset), texture)
 
 
 _BOX = lattice() * [0.7, 0.4, 0.25]  # points on both sides of the screen
@@ -232,13 +246,13 @@ def _surfaces() -> Inputs:
 def _cameras() -> Inputs:
     upward = np.arange(SIZE * SIZE).reshape(SIZE, SIZE) / (SIZE * SIZE - 1)
     for power in (1, 2, 4, 8):
-        eye = CameraAtOrigin("perspective", 0.5 * 10.0**power)
+        eye = camera_at_origin("perspective", 0.5 * 10.0**power)
         depth = (1 - 10.0 ** (-power * upward[::-1])) / (1 - 10.0**-power)
         text, behind = f"far / near = 1e{power}, samples 0.01 near behind", (0.002, 0.001, -0.005)
         yield "perspective depth", text, made(seen_by, eye, depth, behind)
         eye, depth = replace(eye, projection="orthographic"), (10.0 ** (power * upward) - 1) / (10.0**power - 1)
         yield "orthographic depth", text, made(seen_by, eye, depth, (0.02, 0.01, -0.005))
-    eye = CameraAtOrigin("perspective", 8.0)
+    eye = camera_at_origin("perspective", 8.0)
     for k in (5, 10, 20, 30):
         place = (2.0**-k * 0.1, 2.0**-k * 0.05, 1 - 2.0**-k)  # a surface at z = -1
         text = f"samples within 2^-{k} of the eye's plane"

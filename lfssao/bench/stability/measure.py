@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import floor, inf
+from functools import partial
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,16 @@ from numpy.typing import NDArray
 
 from lfssao.ao import ssao
 from lfssao.ao.kernels import ssao as kernels
-from lfssao.bench.stability.exact import Image, Mapping
-from lfssao.bench.stability.running_error import EXACT, PROBED, Arithmetic, Tracked
+from lfssao.bench.stability.exact import OUTSIDE, Image, image, landed
+from lfssao.bench.stability.tracked import DOUBLE, PROBED, Arithmetic, Tracked, holds, in_doubt
+from lfssao.core.affine import to_4x4
+from lfssao.core.places import affine_rows, linear_rows
+from lfssao.core.vectors import Vector
+from lfssao.optics.camera import screen_matrices
+from lfssao.optics.display import slits_numbers
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.view import WorldToImage
+from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX
+from lfssao.optics.view import View, WorldToImage
 
 Texture = NDArray[np.floating[Any]]
 
@@ -28,7 +35,7 @@ FINE = 2.0**-8
 class Stiff:
     """Points, one sample each, and the texture they are looked up in."""
 
-    mapping: Mapping  # one module or camera
+    view: View  # of one module or camera
     # (H, W, 3) float64: world points, one a texel of the module; for a camera its texels' u, v and depth
     positions: NDArray[np.float64]
     offset: NDArray[np.float64]  # (3,) float64: the sample's offset from each, world units
@@ -37,6 +44,7 @@ class Stiff:
     stored: NDArray[np.float32] | None = None
     step: float = 0.0  # largest distance between the two
     texels: Sequence[tuple[int, int]] | None = None  # rows and columns of the texels to measure; None: all
+    turn: tuple[float, ...] = ()  # cosine and sine by which samples are turned about world z; none: they are not
 
 
 @dataclass(frozen=True)
@@ -57,9 +65,8 @@ class Measured:
 def measure(case: Stiff, path: str) -> Measured:
     """Measure errors and decisions of a case in 'float32' or 'float64'."""
     dtype = np.dtype(path)
-    works = Arithmetic.of(dtype), EXACT, PROBED
-    bounded, exactly, probed = (case.mapping.steps(work) for work in works)
-    image, occluded = computed(case, dtype)
+    bounded, probed = Exact(case, Arithmetic.of(dtype)), Exact(case, PROBED)
+    places, occluded = computed(case, dtype)
     texels = list(np.ndindex(case.depth.shape)) if case.texels is None else case.texels
     found = [(0.0, 0.0, 0.0, 0.0)]  # condition, ulp, error and bound of each coordinate
     exceeded = flipped = undecided = 0
@@ -67,24 +74,75 @@ def measure(case: Stiff, path: str) -> Measured:
         if np.isinf(case.depth[texel]):  # no surface, no samples
             exceeded += bool(occluded[texel])
             continue
-        sample = case.positions[texel], case.offset
-        exact, rounded = exactly(*sample), bounded(*sample)
-        right, possible = _decisions(exact, case.depth, 0.0), _decisions(rounded, case.depth, case.step)
-        wrong, doubtful = right != {bool(occluded[texel])}, None in possible or len(possible) > 1
+        exact, z = bounded.image(texel)
+        right, doubtful = _decision(case, exact, z)
+        wrong = right != bool(occluded[texel])
         flipped, undecided = flipped + wrong, undecided + doubtful
         over = wrong and not doubtful
-        if rounded[3] is None:
+        if in_doubt(exact[2]):
             found.append((0.0, 0.0, 0.0, inf))
-        if exact[3] and rounded[3]:
-            for ours, a, bound, off in zip(image[texel], exact[:2], rounded[:2], probed(*sample)[:2], strict=True):
+        elif exact[2]:
+            for ours, a, off in zip(places[texel], exact[:2], probed.image(texel)[0][:2], strict=True):
                 error, ulp = error_of(ours, a.value, dtype)
-                over = over or not error <= bound.error
+                over = over or not error <= a.error
                 # Relative to the coordinate or to a texel, whichever is more: 0 is no harder than another coordinate.
                 condition = off.error / (PROBED.probe * max(abs(float(a.value)), 1.0))
-                found.append((condition, ulp, error, bound.error))
+                found.append((condition, ulp, error, a.error))
         exceeded += over
     conditions, ulps, errors, bounds = zip(*found, strict=True)
     return Measured(max(conditions), max(ulps), max(errors), max(bounds), exceeded, flipped, undecided, len(texels))
+
+
+class Exact:
+    """The mapping of a case in an arithmetic, from the numbers of its view on, by the formulas' own text.
+
+    The numbers of the mapping are made of the view's in float64, and rounded. A camera's AO is Algorithm 1, which makes
+    its points of u, v and depth.
+    """
+
+    def __init__(self, case: Stiff, work: Arithmetic) -> None:
+        make = DOUBLE if work.unit else work
+        view, kind = case.view, case.view.world_to_image.kind
+        back, ends = np.zeros(0), np.zeros(4)  # screen -> world, and the divisor's row: of a camera alone
+        if kind == CROSSED_SLITS:
+            numbers = slits_numbers(_given(view.cast_from_world, make), _given(view.lens, make).tolist())
+        elif kind == MATRIX:
+            forth, from_screen = screen_matrices([*_given(view.lens[:6], make), *view.lens[6:]])
+            numbers = (np.array(forth) @ to_4x4(view.cast_from_world)).ravel()
+            back, ends = (to_4x4(view.world_from_cast) @ np.array(from_screen)).ravel(), numbers[12:]
+        else:
+            numbers = _given(view.world_to_image.numbers, make)
+
+        def rounded(numbers: Any) -> list[Tracked]:
+            return [work.rounded(x if isinstance(x, Tracked) else make.number(x)) for x in numbers]
+
+        rows = rounded([*numbers[:8], *ends, *numbers[8:12]])
+        self._case, self._work, self._kind = case, work, kind
+        self._lens, self._back = rounded(numbers[12:]), rounded(back)
+        self._at: Any = partial(affine_rows, rows)
+        self._along: Any = partial(linear_rows, rows)
+        self._unprojected: Any = partial(affine_rows, self._back)
+
+    def image(self, texel: tuple[int, ...]) -> tuple[Image, Tracked]:
+        """The image point of a texel's sample, and its image z."""
+        point, offset = (Vector(*map(self._work.given, x)) for x in (self._case.positions[texel], self._case.offset))
+        if self._back:  # Algorithm 1, lines 1 to 3
+            made = self._unprojected(point)
+            point = Vector(made.u / made.z, made.v / made.z, made.q / made.z)
+        moved = self._along(offset)
+        if self._case.turn:
+            cosine, sine = map(self._work.given, self._case.turn)
+            moved = cosine * self._along(Vector(offset.x, offset.y, 0))
+            moved = moved + sine * self._along(Vector(-offset.y, offset.x, 0))
+            moved = moved + self._along(Vector(0, 0, offset.z))
+        place = self._at(point) + moved
+        z = place.z / place.q if self._kind == MATRIX else place.z
+        return image(self._kind, self._lens, place, z), z
+
+
+def _given(numbers: NDArray[np.float64], work: Arithmetic) -> NDArray[Any]:
+    """Inputs of an arithmetic, an array of the same shape."""
+    return np.array([work.given(x) for x in numbers.flat], object).reshape(numbers.shape)
 
 
 def error_of(ours: Any, exact: Fraction, dtype: np.dtype[Any], least: float = 1.0) -> tuple[float, float]:
@@ -95,7 +153,7 @@ def error_of(ours: Any, exact: Fraction, dtype: np.dtype[Any], least: float = 1.
 
 def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[Texture, NDArray[np.bool_]]:
     """Image coordinates (H, W, 2) and decisions (H, W) of the kernels; AO of one sample is 0 or 1."""
-    view, turn = case.mapping.view, case.mapping.turn
+    view, turn = case.view, case.turn
     surface = case.depth if case.stored is None else case.stored
     positions, depth = case.positions.astype(dtype), surface.astype(dtype)
     if view.screen_to_world is not None:  # Algorithm 1
@@ -120,7 +178,7 @@ def _kernel_image(to_image: WorldToImage, positions: Texture, offset: Texture, t
         turns = np.array(turn, m.dtype)[:, None] if turn else None
         ways = kernels.transform_offsets.py_func(offset[None, :], projection, turns)
         rows = (affine(m, row, *places) + way(ways, 0, row, turns, turns, 0) for row in range(4))
-        if kind == mapping.MATRIX:
+        if kind == MATRIX:
             u, v, *_ = mapping.project_matrix.py_func(*rows)
         else:
             a, b, c, _ = rows
@@ -128,26 +186,14 @@ def _kernel_image(to_image: WorldToImage, positions: Texture, offset: Texture, t
     return np.stack([u, v], axis=-1)
 
 
-def _decisions(image: Image, depth: Texture, step: float) -> set[bool | None]:
-    """Whether a sample is occluded: all answers that errors of its image and of depths, up to a step, can lead to.
+def _decision(case: Stiff, seen: Image, z: Tracked) -> tuple[bool, bool]:
+    """Whether a sample is occluded, and whether errors of its image and of depths can change that."""
 
-    None stands for both: where rounding may move it out of the domain, over the whole texture or past a surface.
-    """
-    u, v, z, in_domain = image
-    if not in_domain:
-        return {in_domain}
-    height, width = depth.shape
-    columns, rows = _reach(u, width), _reach(v, height)
-    if columns is None or rows is None:
-        return {None}
-    surfaces = (depth[j, i] if 0 <= i < width and 0 <= j < height else inf for j in rows for i in columns)
-    return {d < inf and Tracked(Fraction(float(d)), step, z.arithmetic).is_less(z) for d in surfaces}
+    def hides(texel: int | None) -> Any:
+        depth = inf if texel is OUTSIDE else float(case.depth.flat[texel])
+        return Tracked(Fraction(depth), case.step, z.arithmetic) < z if depth < inf else np.False_
 
-
-def _reach(coordinate: Tracked, size: int) -> range | None:
-    """The texels that a coordinate can be rounded into, -1 and size outside the texture; None if all."""
-    if coordinate.error > size:
-        return None
-    error = Fraction(coordinate.error)
-    low, high = floor(coordinate.value - error), floor(coordinate.value + error)
-    return range(min(max(low, -1), size), min(max(high, -1), size) + 1)
+    here, others = landed(seen, case.depth.shape)
+    found = hides(here)
+    doubtful = in_doubt(found) or others is None
+    return holds(found), doubtful or any(in_doubt(each) or each != found for each in map(hides, others or ()))

@@ -13,11 +13,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from lfssao.bench.stability.measure import Measured
-from lfssao.bench.stability.table import BROKEN, DEGRADED, REFUSED, WITHIN, Row
+from lfssao.bench.stability.table import BROKEN, DEGRADED, LACKING, REFUSED, WITHIN, Row
 from lfssao.core.files import write_text, write_whole
 
 _NUMBERS = "condition", "ulp", "error", "rms", "bound"
-_COLORS = {WITHIN: "#d9ead3", DEGRADED: "#f6c667", REFUSED: "#b7c9e2", BROKEN: "#d62728"}  # from best to worst
+# From best to worst.
+_COLORS = {WITHIN: "#d9ead3", DEGRADED: "#f6c667", LACKING: "#eeeeee", REFUSED: "#b7c9e2", BROKEN: "#d62728"}
 
 
 def as_text(rows: Sequence[Row], all_rows: bool = False) -> str:
@@ -46,11 +47,12 @@ def _numbers(m: Measured | None) -> list[str]:
 
 
 def _groups(rows: Sequence[Row]) -> Iterable[list[Row]]:
-    """Rows of one case, verdict and reason that are not within their bound."""
-    groups: dict[tuple[str, str, str], list[Row]] = {}
+    """Rows of one case, verdict and reason that are not within their bound; each estimator without exact values."""
+    groups: dict[tuple[str, ...], list[Row]] = {}
     for row in rows:
         if row.verdict != WITHIN:
-            groups.setdefault((row.case, row.verdict, row.reason), []).append(row)
+            own = row.path if row.verdict == LACKING else ""
+            groups.setdefault((row.case, row.verdict, row.reason, own), []).append(row)
     return groups.values()
 
 
@@ -91,6 +93,6 @@ def save_plot(rows: Iterable[Row], path: Path) -> None:
     axes.set_yticks(np.arange(len(cases)) + 0.5, cases)
     axes.tick_params(length=0, labeltop=True, labelbottom=False)
     patches = [Rectangle((0, 0), 1, 1, facecolor=color, label=verdict) for verdict, color in _COLORS.items()]
-    title = "largest error: of an image point, texels; of occlusion, float32 against float64"
+    title = "largest error: of an image point, texels; of occlusion, against exact numbers, or float32 against float64"
     figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False, title=title)
     write_whole(path, lambda part: figure.savefig(part, dpi=110))

@@ -1,4 +1,4 @@
-"""Rows of the stability table, and the two things that give them: stiff cases and refused inputs."""
+"""Rows of the stability table, and what gives them: stiff cases, estimators without exact values, refused inputs."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +15,7 @@ Stated = Mapping[str, tuple[float, str]]
 
 WITHIN = "within bound"
 DEGRADED = "degraded as stated"
+LACKING = "no exact value"
 REFUSED = "refused"
 BROKEN = "broken"
 
@@ -27,9 +28,9 @@ class Row:
     stiff: str  # the difficulty in it
     input: str
     path: str  # 'float32' or 'float64', or the estimator whose float32 is compared with its float64
-    measured: Measured | None  # errors and decisions; None if the input is refused
-    verdict: str  # WITHIN, DEGRADED, REFUSED, or BROKEN if it is not what the case states
-    reason: str = ""  # the degradation, or the sentence of the refusal
+    measured: Measured | None  # errors and decisions; None if the input is refused, or there is no exact value
+    verdict: str  # WITHIN, DEGRADED, LACKING, REFUSED, or BROKEN if it is not what the case states
+    reason: str = ""  # the degradation or the lack, or the sentence of the refusal
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,19 @@ class Case:
                 verdict = BROKEN
             reason = f"{reason}: rms up to {limit:.2g}" if limit < inf else reason
             yield Row(self.name, self.stiff, text, path, measured, verdict, reason if verdict == DEGRADED else "")
+
+
+@dataclass(frozen=True)
+class Lack:
+    """An estimator without exact values."""
+
+    name: str
+    path: str  # the estimator
+    why: str
+
+    def rows(self) -> Iterator[Row]:
+        """One row."""
+        yield Row(self.name, "what cannot be computed in exact numbers", "all", self.path, None, LACKING, self.why)
 
 
 @dataclass(frozen=True)

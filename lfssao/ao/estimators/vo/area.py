@@ -223,4 +223,5 @@ ENTRIES = pair_of(
     dimensions=2,
     count=1,
     texel_bytes=73,
+    filtered=True,
 )

@@ -1,0 +1,290 @@
+"""Numbers with their exact value and a bound of their rounding error, on which formulas run as they are written.
+
+``lfssao.core.numbers`` says what formulas are. Here they run in Python, so that one text makes the bits, the exact
+value and the bound (running error analysis).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal, localcontext
+from fractions import Fraction
+from math import inf, isfinite, isqrt, log2
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+_PLAIN = int, float, np.number  # types of plain numbers
+_BITS = 2048  # of a denominator; a value of more is off by up to 2^-1100 of itself, which no bound counts
+_KEPT = 1101
+_ROOT = 300  # bits of a root's value
+# More than the dozen float64 operations of a bound can have rounded away.
+_SAFETY = 1.0 + 2.0**-40
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """Operations rounded to nearest."""
+
+    unit: float = 0.0  # unit roundoff, half an ulp of 1; 0 for exact arithmetic
+    tiny: float = 0.0  # half the smallest subnormal number
+    largest: float = inf  # largest finite number; the error beyond it is unbounded
+    probe: float = 0.0  # relative error of inputs
+
+    @classmethod
+    def of(cls, dtype: DTypeLike) -> "Arithmetic":
+        """The arithmetic of float32 or float64."""
+        info = np.finfo(dtype)
+        return cls(float(info.epsneg), float(info.smallest_subnormal) / 2, float(info.max))
+
+    def number(self, value: Any, error: float = 0.0) -> "Tracked":
+        """A value off by at most ``error``, rounded to the format; without error it stays so if that holds it.
+
+        Infinities, and NaN, are numbers of which nothing is known.
+        """
+        if not isinstance(value, Fraction):
+            if not isfinite(value):
+                return Tracked(Fraction(0), inf, self)
+            value = Fraction(float(value))
+        made = Tracked(_shortened(value), error, self)
+        if not made.size + error < self.largest:
+            made.error = inf
+        elif error or not self._holds(value, made.size):
+            made.error = (error + self.unit * (made.size + error) + self.tiny) * _SAFETY
+        return made
+
+    def given(self, number: Any) -> "Tracked":
+        """An input, rounded to the format."""
+        return self.number(number, abs(float(number)) * self.probe)
+
+    def rounded(self, number: "Tracked") -> "Tracked":
+        """A number of another arithmetic, converted to this one."""
+        return self.number(number.value, number.error)
+
+    def _holds(self, value: Fraction, size: float) -> bool:
+        """Whether a number fits the format's digits and is of normal size."""
+        if not value or self.unit == 0:
+            return True
+        odd = value.numerator >> ((value.numerator & -value.numerator).bit_length() - 1)
+        is_binary = value.denominator & (value.denominator - 1) == 0
+        fits = odd.bit_length() <= round(-log2(self.unit))
+        return is_binary and fits and self.tiny / self.unit <= size < self.largest
+
+
+class Tracked:
+    """A number of a computation; operators give the result of the same rounded operation.
+
+    A plain number beside it is rounded to the format. Comparisons give a bool where errors cannot change it, else a
+    ``Doubt``. ``numpy.where`` of a doubt gives what either number may be.
+    """
+
+    def __init__(self, value: Fraction, error: float, arithmetic: Arithmetic) -> None:
+        self.value = value  # its value without any rounding
+        self.size = abs(float(value))
+        self.error = error  # largest distance of the computed number from it; infinity if unbounded
+        self.arithmetic = arithmetic  # how results are rounded
+
+    def __repr__(self) -> str:
+        return f"{float(self.value)} +- {self.error}"
+
+    def _of(self, x: Any) -> Any:
+        """A number beside this one; None if it is none."""
+        if isinstance(x, Tracked):
+            return x
+        return self.arithmetic.number(x) if isinstance(x, _PLAIN) else None
+
+    def __add__(self, other: Any) -> Any:
+        if (b := self._of(other)) is None:
+            return NotImplemented
+        if _is_zero(self):  # 0 + b is b
+            return b
+        if _is_zero(b):
+            return self
+        return self.arithmetic.number(self.value + b.value, self.error + b.error)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        return NotImplemented if (b := self._of(other)) is None else self + -b
+
+    def __rsub__(self, other: Any) -> Any:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Any:
+        if (b := self._of(other)) is None:
+            return NotImplemented
+        for one, x in ((self, b), (b, self)):  # no sign is rounded
+            if one.error == 0 and one.size == 1 and one.value in (1, -1):
+                return x if one.value == 1 else -x
+        if (_is_zero(self) and b.error < inf) or (_is_zero(b) and self.error < inf):
+            return self.arithmetic.number(Fraction(0))
+        if inf in (self.error, b.error):
+            return Tracked(_shortened(self.value * b.value), inf, self.arithmetic)
+        error = self.size * b.error + b.size * self.error + self.error * b.error
+        return self.arithmetic.number(self.value * b.value, error)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        """The quotient; its error is unbounded where the divisor may be 0."""
+        if (b := self._of(other)) is None:
+            return NotImplemented
+        quotient, least = self.value / b.value if b.value else Fraction(0), b.size - b.error
+        if not b.value or not least > 0:
+            return Tracked(_shortened(quotient), inf, self.arithmetic)
+        return self.arithmetic.number(quotient, (self.error + abs(float(quotient)) * b.error) / least)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return self._of(other) / self
+
+    def __neg__(self) -> "Tracked":
+        return Tracked(-self.value, self.error, self.arithmetic)
+
+    def __abs__(self) -> "Tracked":
+        return Tracked(abs(self.value), self.error, self.arithmetic)
+
+    def __pow__(self, k: float) -> "Tracked":
+        """A number from 0 on to a power k >= 0 in float64, rounded once, its value to 60 digits; it grows with x."""
+        if k == 1:
+            return self
+        value, x = _power(self.value, k), self.size
+        ends = max(x - self.error, 0.0) ** k, (x + self.error) ** k
+        off = max(abs(end - float(value)) for end in ends) if self.error or self.arithmetic.unit else 0.0
+        return self.arithmetic.number(value, off + 2.0**-50 * float(value) * (self.arithmetic.unit > 0))
+
+    def sqrt(self) -> "Tracked":
+        """The square root, its value to 2^-300 of itself; its error is unbounded where the operand may be below 0."""
+        if _is_zero(self):
+            return self
+        if not self.value > 0:
+            return Tracked(Fraction(0), inf, self.arithmetic)
+        n, d = self.value.numerator, self.value.denominator
+        k = _ROOT + max(0, d.bit_length() - n.bit_length())
+        value = Fraction(isqrt((n << 2 * k) // d), 1 << k)
+        within = self.size > self.error
+        return self.arithmetic.number(value, self.error / float(value) if within else inf)
+
+    def __lt__(self, other: Any) -> Any:
+        """Whether it is less than another."""
+        return self._less(other, 1)
+
+    def __gt__(self, other: Any) -> Any:
+        return self._less(other, -1)
+
+    def __le__(self, other: Any) -> Any:
+        return ~(self > other)
+
+    def __ge__(self, other: Any) -> Any:
+        return ~(self < other)
+
+    def __eq__(self, other: Any) -> Any:
+        """Whether it is another; its hash is that of the object."""
+        b = self._of(other)
+        return _fact(self.value == b.value, abs(b.value - self.value), self.error + b.error, self.arithmetic)
+
+    def __ne__(self, other: Any) -> Any:
+        return ~(self == other)
+
+    __hash__ = object.__hash__
+
+    def _less(self, other: Any, sign: int) -> Any:
+        """Whether it is less (sign 1), or more (-1), than another; every number of bounded error is finite."""
+        if not isinstance(other, Tracked) and not isfinite(other):
+            return np.bool_(other * sign > 0) if self.error < inf else Doubt(other * sign > 0, self.arithmetic)
+        b = self._of(other)
+        room = sign * (b.value - self.value)
+        return _fact(room > 0, abs(room), self.error + b.error, self.arithmetic)
+
+    def __getitem__(self, _all: tuple[()]) -> "Tracked":
+        return self
+
+    def __array_function__(self, function: Any, _types: Any, given: Any, _named: Any) -> Any:
+        return _where(self.arithmetic, *given) if function is np.where else NotImplemented
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A condition that rounding may change: whether it holds without, and the arithmetic of its numbers."""
+
+    holds: bool
+    arithmetic: Arithmetic
+
+    def __bool__(self) -> bool:
+        """The branch without rounding, for inputs that are off a little; kernels might take the other one."""
+        if self.arithmetic.unit:
+            raise TypeError("a formula branches on a condition that rounding may change")
+        return self.holds
+
+    def __invert__(self) -> "Doubt":
+        return Doubt(not self.holds, self.arithmetic)
+
+    def __and__(self, other: Any) -> Any:
+        """With one that does not hold for sure, it does not."""
+        return Doubt(self.holds and holds(other), self.arithmetic) if in_doubt(other) or other else np.False_
+
+    def __or__(self, other: Any) -> Any:
+        """With one that holds for sure, it does."""
+        return ~(~self & ~(other if in_doubt(other) else np.bool_(other)))
+
+    __array_ufunc__ = None  # operators of NumPy's bools leave it to these
+    __rand__ = __and__
+    __ror__ = __or__
+
+    def __array_function__(self, function: Any, _types: Any, given: Any, _named: Any) -> Any:
+        return _where(self.arithmetic, *given) if function is np.where else NotImplemented
+
+
+DOUBLE = Arithmetic.of("float64")
+# For condition numbers: inputs are off by so little that products of their errors do not count.
+PROBED = Arithmetic(probe=2.0**-200)
+
+
+def holds(condition: Any) -> bool:
+    """Whether a condition holds without rounding."""
+    return condition.holds if isinstance(condition, Doubt) else bool(condition)
+
+
+def in_doubt(condition: Any) -> bool:
+    """Whether rounding may change a condition."""
+    return isinstance(condition, Doubt)
+
+
+def hull(exact: Tracked, others: Sequence[Tracked]) -> Tracked:
+    """A number that rounding may exchange for others."""
+    away = (float(abs(x.value - exact.value)) * _SAFETY + x.error for x in others)
+    return Tracked(exact.value, max((exact.error, *away)), exact.arithmetic)
+
+
+def _where(work: Arithmetic, condition: Any, x: Any, y: Any) -> Any:
+    """``numpy.where``; an infinity that is chosen for sure stays plain."""
+    exact, other = (x, y) if holds(condition) else (y, x)
+    if not in_doubt(condition) and not isinstance(exact, Tracked) and not isfinite(exact):
+        return np.float64(exact)
+    exact, other = (each if isinstance(each, Tracked) else work.number(each) for each in (exact, other))
+    return hull(exact, [other]) if in_doubt(condition) else exact
+
+
+def _fact(true: bool, room: Fraction, error: float, arithmetic: Arithmetic) -> Any:
+    """A comparison of numbers whose difference is ``room`` without rounding, and off by up to ``error``."""
+    return Doubt(true, arithmetic) if 0 < error >= float(room) else np.bool_(true)
+
+
+def _is_zero(x: Tracked) -> bool:
+    return x.error == 0 and not x.value
+
+
+def _shortened(value: Fraction) -> Fraction:
+    """A value of at most so many bits."""
+    n, d = value.numerator, value.denominator
+    if d.bit_length() <= _BITS:
+        return value
+    k = max(0, _KEPT + d.bit_length() - n.bit_length())
+    return Fraction((n << k) // d, 1 << k)
+
+
+def _power(x: Fraction, k: float) -> Fraction:
+    """A power of a number from 0 on, to 60 digits."""
+    if k == 0:
+        return Fraction(1)
+    with localcontext(prec=64):
+        return Fraction((Decimal(x.numerator) / Decimal(x.denominator)) ** Decimal(k))

@@ -229,6 +229,7 @@ TEXTS = [
     ("hbao", "direction 1 dropped", ("for y, x in around", "for y, x in around[:1] + around[2:]")),
     ("hbao", "direction 1 dropped, mean of those that count",
      ("for y, x in around", "for y, x in around[:1] + around[2:]"), ("dtype(count)", "dtype(count - 1)")),
+    ("hbao", "sum divided by 5 in place of 4", ("dtype(count)", "dtype(count + 1)")),
     ("hbao", "step 4 of each direction dropped", ("range(1, steps + 1)", "range(1, steps)")),
     ("alchemy", "background as if cleared to 0",
      ("away = positions[texel]", f"away = {CLEARED}"), ("depth[texel] < np.inf and above", "above")),

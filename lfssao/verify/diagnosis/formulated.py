@@ -31,7 +31,7 @@ _ALL = slice(None)
 # Fields on which the view and its textures do not depend.
 _LATE = frozenset({
     "value", "store", "mine", "columns", "rows", "room", "off", "model", "radius", "points", "weights", "options",
-    "image", "border", "background", "odd", "times", "mean",
+    "image", "border", "background", "odd", "times", "factor",
 })  # fmt: skip
 
 
@@ -43,7 +43,7 @@ class Formulated(Estimated):
     background: str = ""  # the surface that stands where there is none, if there is one
     odd: tuple[Any, Any] = (slice(0), slice(0))  # samples or directions, and steps, that count more or less often
     times: float = 1.0  # how often these do
-    mean: bool = False  # whether occlusion is the mean over the samples that are left
+    factor: float = 1.0  # of the sum
     ties: int = 0  # ulps by which surfaces lie further away: -1 or 1 turns a tie
 
     whole: ClassVar[bool] = False
@@ -95,21 +95,18 @@ class Formulated(Estimated):
             empty=texels + _NUMBERS[self.background] if self.background else look_up.NOTHING,
         )
 
-    def _shares(self, count: int, steps: int) -> FloatArray:
+    def _weights(self, count: int, steps: int) -> FloatArray:
         """Weights of the terms, (count, steps)."""
-        made = np.ones((count, steps))
-        made[self.odd] = self.times
-        if not self.mean:
-            return made
-        weights = np.ones(count) if self.weights is None or self.points is None else np.asarray(self.weights)
-        return np.asarray(made * weights.sum() / (weights @ made.max(axis=1)))
+        made = np.full((count, steps), self.factor)
+        made[self.odd] *= self.times
+        return made
 
     def _at(self, radius: float) -> Occlusion:
         """Occlusion of the texels, (1, K), at a radius."""
         numbers, (height, width) = self._numbers(radius), self.buffers.depth.shape
         steps = getattr(numbers, "steps", 0)
         kernel, dtype = (fold_texels if steps else sum_texels), self.buffers.depth.dtype
-        weights = self._shares(len(numbers.points), steps or 1).astype(dtype)
+        weights = self._weights(len(numbers.points), steps or 1).astype(dtype)
         texels, made = self.rows * width + self.columns, np.empty(len(self.rows), dtype)
         kernel(self._view, numbers, self._look(), (height, width), texels, weights, made)
         return Occlusion(made[None], 0)
@@ -121,7 +118,8 @@ class Formulated(Estimated):
 
     def _bounds(self) -> Bounds | None:
         """Bounds of the estimator; None where a look-up is changed, of which none are known."""
-        changed = self.border or self.background or self.ties or self.times != 1 or (self.image != np.eye(3)).any()
+        weighted = (self.times, self.factor) != (1, 1)
+        changed = self.border or self.background or self.ties or weighted or (self.image != np.eye(3)).any()
         return None if changed else super()._bounds()
 
     def changes(self) -> list[Change]:
@@ -138,14 +136,18 @@ class Formulated(Estimated):
         return [*made, *look_ups.of_shifts()]
 
     def _of_samples(self) -> Iterator[Change]:
-        """Samples, directions or steps that are missing or count twice."""
+        """Samples, directions or steps that are missing or count twice, and a number of them that is one off."""
         numbers = self._numbers(self.radius)
         count, steps = len(numbers.points), getattr(numbers, "steps", 1)
-        name = "direction" if hasattr(numbers, "steps") else "sample"
+        weights = np.ones(count) if self.points is None or self.weights is None else np.asarray(self.weights)
+        name, some = "direction" if hasattr(numbers, "steps") else "sample", 1 < count <= _MOST_SAMPLES
+        for divisor in (count - 1, count + 1) if count > 1 else ():
+            yield fixed(f"sum divided by {divisor} in place of {count}", factor=count / divisor)
         for words, times in (("dropped", 0.0), ("doubled", 2.0)):
-            for k in range(count if 1 < count <= _MOST_SAMPLES else 0):
-                for mean in (False, True):
-                    kind = f"{name} {k} {words}{', mean of those that count' if mean else ''}"
-                    yield fixed(kind, odd=(k, _ALL), times=times, mean=mean)
+            for k in range(count if some else 0):
+                kind, left = f"{name} {k} {words}", 1 + (times - 1) * float(weights[k] / weights.sum())
+                yield fixed(kind, odd=(k, _ALL), times=times)
+                if left > 0:
+                    yield fixed(f"{kind}, mean of those that count", odd=(k, _ALL), times=times, factor=1 / left)
             for k in range(steps if 1 < steps <= _MOST_SAMPLES else 0):
                 yield fixed(f"step {k + 1} of each direction {words}", odd=(_ALL, k), times=times)

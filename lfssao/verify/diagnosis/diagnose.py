@@ -199,8 +199,8 @@ class WrongTexture(Texture):
         draw = _Draw(self, bad, good, cost)
         counted = draw.counted()
         small, large = draw.drawn(_TRIED), draw.drawn(_SEARCHED)
-        # An estimator makes a whole texture however few of its texels are asked for.
-        tiny = small if small.problem.whole else draw.drawn(_SCREENED)
+        # A run makes a whole texture however few texels are asked for; by few of hbao's another radius is overlooked.
+        tiny = small if isinstance(small.problem, Estimated) else draw.drawn(_SCREENED)
         changes = small.problem.changes()
         by_kind = {change.kind: change for change in changes}
         told = (self._again(each, by_kind, large, counted) for each in known)

@@ -109,7 +109,7 @@ class _Cache(caching.FunctionCache):  # type: ignore[misc]
         self._cache_file = _Files(self.cache_path, self._impl.filename_base, stamp)
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep what was compiled, but for estimators of others: a process that cannot import them could read nothing."""
+        """Keep compiled code, but not for tuples of others: a process that cannot import them could read none."""
         if all(map(_is_known, sig)):
             super().save_overload(sig, data)
 

@@ -76,6 +76,7 @@ def other_hash(b):
     ("alchemy", "sigma", (1.713,), lambda b, c: occlusion(b, c, sigma=1.713)),
     ("alchemy", "radius", (0.931,), lambda b, c: occlusion(b, c, 0.931)),
     ("alchemy", "normals with the other sign", (), lambda b, c: occlusion(replace(b, normals=-b.normals), c)),
+    ("hbao", "radius", (0.8,), lambda b, c: occlusion(b, c, 0.8)),
     ("hbao", "bias", (21.36,), lambda b, c: occlusion(b, c, bias=21.36)),
     ("vo-points", "samples mirrored in y", (), lambda b, c: occlusion(b, c, samples=c.inputs["points"] * [1, -1, 1])),
     ("vo-points", "samples turned by 'common-hash'", (), lambda b, c: occlusion(other_hash(b), c)),

@@ -29,6 +29,11 @@ def turns_of(buffers: Buffers) -> Texture:
     return still
 
 
+def at_one_radius(occlusion: Callable[[float], Occlusion], radius: float, options: Any) -> Occlusion:
+    """Return occlusion at R, by a function of it, ``Estimator.at_radii`` of estimators that have one radius."""
+    return occlusion(radius)
+
+
 def option(
     default: Value,
     meaning: str,
@@ -65,6 +70,8 @@ class Estimator:
     # tuple of its numbers, of the textures' dtype
     formulas: Callable[..., Any] | None = None
     filtered: bool = False  # whether they read filtered textures, and not texels
+    # ``at_radii(occlusion, radius, options)``: occlusion by a function that gives that of its formulas at a radius
+    at_radii: Callable[..., Occlusion] = at_one_radius
     options: type[Options] = Options  # the dataclass of its options
     # ``run_radii(buffers, radii, points, weights, options)``: the bits that ``run`` makes of each radius, in less time
     run_radii: Callable[..., list[Occlusion]] | None = None

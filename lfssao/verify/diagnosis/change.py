@@ -12,6 +12,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.kernels import look_up
+from lfssao.ao.kernels.look_up import hold_place
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.verdict import Flags
 
@@ -21,20 +23,20 @@ Function = Callable[[FloatArray], FloatArray]
 
 
 OUTSIDE = "samples outside the texture"  # begins the names of changes of the border
-INSIDE = ("clamp", "mirror", "wrap", "mirror without the edge")  # rules by which a texel inside stands for one outside
+# Rules by which a texel inside stands for one outside.
+INSIDE = {
+    "clamp": look_up.CLAMP,
+    "mirror": look_up.MIRROR,
+    "wrap": look_up.WRAP,
+    "mirror without the edge": look_up.MIRROR_INSIDE,
+}
 
 
 def hold(places: Places, size: int, border: str) -> Places:
     """Columns or rows inside 0 to size - 1 for any, by a rule of ``INSIDE``; by any other rule those of 'clamp'."""
-    if border == "wrap":
-        return np.asarray(places % size)
-    if border == "mirror":
-        folded = places % (2 * size)
-        return np.where(folded < size, folded, 2 * size - 1 - folded)
-    if border == "mirror without the edge" and size > 1:
-        folded = places % (2 * size - 2)
-        return np.where(folded < size, folded, 2 * size - 2 - folded)
-    return np.clip(places, 0, size - 1)
+    rule = INSIDE.get(border, look_up.CLAMP)
+    # The rule of nearly all look-ups, by one function of NumPy in place of two.
+    return np.clip(places, 0, size - 1) if rule == look_up.CLAMP else np.asarray(hold_place(places, size, rule))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -52,6 +54,7 @@ class Problem:
     floored: Callable[[FloatArray, FloatArray], Any] | None = None  # the same of codes that are cut, not rounded
     # ``flipped(across, down)``: the same numbers held against the texels from the right, or from below
     flipped: Callable[[bool, bool], Any] | None = None
+    whole: ClassVar[bool] = False  # whether each trial makes a whole texture
     # Cached properties, and the fields that they do not depend on.
     kept: ClassVar[Mapping[str, frozenset[str]]] = {}
 

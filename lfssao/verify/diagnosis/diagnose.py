@@ -81,14 +81,14 @@ class _Draw:
     cost: int  # work that a texel makes
 
     @property
-    def _few(self) -> bool:
+    def few(self) -> bool:
         """Whether so few are wrong that each of the others counts."""
         return len(self.bad) < _FEW
 
     @property
     def most(self) -> int:
         """Number of changes whose values are made good: of few wrong texels that is soon done."""
-        return _TOLD if self._few else 2
+        return _TOLD if self.few else 2
 
     def _of(self, wrong: Places, right: Places) -> Sample:
         """A sample of such texels, each with the weight of those that it stands for."""
@@ -107,25 +107,26 @@ class _Draw:
 
     def counted(self) -> Sample:
         """The texels that shares are counted over."""
-        made = self.drawn(max((_ALL if self._few else _MOST) // self.cost, _FEWEST))
+        made = self.drawn(max((_ALL if self.few else _MOST) // self.cost, _FEWEST))
         if isinstance(made.problem, Estimated):
             return replace(made, problem=made.problem.changed(model=self.texture.model))
         return made
 
     def polishing(self, counted: Sample) -> Sample:
         """Texels on which values of counts are made good: these have steps, and few texels leave them open."""
-        made = counted if self._few else self.drawn(max(_POLISHED // self.cost, _FEWEST))
-        return replace(made, undecided=0.0)
+        made = counted if self.few else self.drawn(max(_POLISHED // self.cost, _FEWEST))
+        problem = made.problem.changed(model=None) if isinstance(made.problem, Estimated) else made.problem
+        return replace(made, problem=problem, undecided=0.0)
 
     def made_good(self, trial: Trial, sample: Sample) -> Trial:
         """A trial on a sample with values made good: of few wrong texels on those that turn at values near them."""
         near = sample
-        if self._few:
+        if self.few:
             wide = tuple(_WIDER * step for step in trial.steps)
             turned = sample.outside(trial.change, trial.steps) | sample.outside(trial.change, wide)
             near = replace(self._of(self.bad, sample.places[turned & ~sample.wrong]), undecided=0.0)
         best = near.trial(trial.change, trial.steps)
-        for _ in range(_OFTEN if self._few else 0):
+        for _ in range(_OFTEN if self.few else 0):
             wider = near.refined(best, _WIDER, ROUGH)
             if 1 / _NARROW < wider.size / best.size < _NARROW:
                 break
@@ -198,7 +199,7 @@ class WrongTexture(Texture):
         draw = _Draw(self, bad, good, cost)
         counted = draw.counted()
         small, large = draw.drawn(_TRIED), draw.drawn(_SEARCHED)
-        # An estimator makes a whole texture however few of its texels are asked for.
+        # A run makes a whole texture however few texels are asked for; by few of hbao's another radius is overlooked.
         tiny = small if isinstance(small.problem, Estimated) else draw.drawn(_SCREENED)
         changes = small.problem.changes()
         by_kind = {change.kind: change for change in changes}
@@ -225,7 +226,9 @@ class WrongTexture(Texture):
 
     def _searched(self, search: Search, draw: "_Draw", counted: Sample) -> Sequence[Trial]:
         """The changes that a search finds, the best first, with values made good on more texels; pairs if none fits."""
-        has_steps = self.name in self.layers and not isinstance(counted.problem, Estimated)
+        # Costs of shares of samples have steps; those of other occlusion have some where few texels tell a value.
+        has_steps = self.name in self.layers and not counted.problem.whole
+        has_steps = has_steps and (draw.few or not isinstance(counted.problem, Estimated))
         more = draw.polishing(counted) if has_steps else counted
 
         def polished(found: Sequence[Trial]) -> Sequence[Trial]:

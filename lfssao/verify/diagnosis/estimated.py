@@ -9,7 +9,7 @@ the changed estimator's own bounds, is open.
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +19,12 @@ from lfssao.ao.estimators.registry import estimate
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX
 from lfssao.optics.view import View, WorldToImage
-from lfssao.verify.bounds.bounds import FloatArray
+from lfssao.verify.bounds.bounds import Bounds, FloatArray
 from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import point_bounds
-from lfssao.verify.diagnosis.change import FACTOR, INSIDE, OUTSIDE, Axis, Change, Problem, fixed, late, plain, scaled
+from lfssao.verify.diagnosis.change import FACTOR, Axis, Change, Places, Problem, fixed, late, plain, scaled
+from lfssao.verify.diagnosis.look_ups import of_borders
 from lfssao.verify.diagnosis.post import half, of_texture
 from lfssao.verify.diagnosis.sampling import other_tables, other_turns, table_seeds, turn_seeds
 from lfssao.verify.diagnosis.views import Sight, view_changes
@@ -53,26 +54,38 @@ class Estimated(Problem):
     border: str | None = None  # a rule of ``INSIDE`` by which texels inside stand for those beyond the border
     model: ErrorModel | None = None  # of the bounds, where they are asked for
 
+    whole: ClassVar[bool] = True
+
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The estimator's occlusion, with room for rounding."""
-        samples, name, buffers, guard = (self.points, self.weights), self.estimator.name, self.buffers, 0
-        if self.border is not None:
-            guard = self._guard
-            buffers = _padded(buffers, guard, self.border)
-        at = self.rows + guard, self.columns + guard
-        values = estimate(name, buffers, self.radius, *samples, **self.options).texture[at].astype(np.float64)
-        small = (self.off > 0) & self.bounded
+        values, small = self._values(), (self.off > 0) & self.bounded
         room = self.room / 4 + np.where(small, np.minimum(ROOM, self.off / 4), ROOM)
         low, high = values - room, values + room
-        if self.model is None:
-            return low, high
-        bounds = point_bounds(name, buffers, self.radius, *samples, self.options, self.model)
+        bounds = None if self.model is None else self._bounds()
         if bounds is None:
             return low, high
         near = (self.mine >= low) & (self.mine <= high)
-        return np.where(near, low, np.minimum(low, bounds.lower[at])), np.where(
-            near, high, np.maximum(high, bounds.upper[at])
-        )
+        return np.where(near, low, np.minimum(low, bounds.lower)), np.where(near, high, np.maximum(high, bounds.upper))
+
+    def _values(self) -> FloatArray:
+        """The estimator's occlusion of the texels, (K,), from that of a whole texture."""
+        buffers, at = self._whole()
+        made = estimate(self.estimator.name, buffers, self.radius, self.points, self.weights, **self.options)
+        return made.texture[at].astype(np.float64)
+
+    def _bounds(self) -> Bounds | None:
+        """Bounds of the estimator's occlusion of the texels, (K,), if they are known."""
+        buffers, at = self._whole()
+        samples, options = (self.points, self.weights), self.options
+        assert self.model is not None
+        made = point_bounds(self.estimator.name, buffers, self.radius, *samples, options, self.model)
+        return made and Bounds(made.lower[at], made.upper[at])
+
+    def _whole(self) -> tuple[Buffers, tuple[Places, Places]]:
+        """Textures with what the border's rule puts beyond it, and the rows and columns of the texels there."""
+        guard = 0 if self.border is None else self._guard
+        buffers = self.buffers if self.border is None else _padded(self.buffers, guard, self.border)
+        return buffers, (self.rows + guard, self.columns + guard)
 
     @property
     def _guard(self) -> int:
@@ -107,7 +120,7 @@ class Estimated(Problem):
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
         made = [*of_texture(self), *self._of_options(), *view_changes(self.sight, self.centre, self.others)]
-        made += [fixed(f"{OUTSIDE} held by {border}", border=border) for border in INSIDE]
+        made += of_borders()
         made.append(_with_buffers("positions of half precision", positions=lambda b: half(b.positions)))
         made.append(_with_buffers("depth of half precision", depth=lambda b: half(b.depth)))
         if self.estimator.turns:

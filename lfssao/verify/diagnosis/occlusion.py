@@ -20,7 +20,6 @@ from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
 from lfssao.verify.diagnosis.change import (
     INSIDE,
-    OUTSIDE,
     Axis,
     Change,
     Function,
@@ -31,8 +30,8 @@ from lfssao.verify.diagnosis.change import (
     late,
     plain,
     scaled,
-    shifts,
 )
+from lfssao.verify.diagnosis.look_ups import OCCLUDED, beyond_occluded, moved, of_borders, of_places, of_shifts
 from lfssao.verify.diagnosis.post import half, of_texture
 from lfssao.verify.diagnosis.sampling import other_tables, other_turns, table_seeds, turn_seeds
 from lfssao.verify.diagnosis.views import CORNERS, Sight, view_changes
@@ -139,7 +138,7 @@ class Occlusion(Problem):
         inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
         surface = self.depth[hold(row, height, self.border), hold(column, width, self.border)].astype(np.float64)
         if self.border not in INSIDE:
-            surface = np.where(inside, surface, -np.inf if self.border == "occluded" else np.inf)
+            surface = np.where(inside, surface, -np.inf if self.border == OCCLUDED else np.inf)
         low, high, near = z - error, z + error, np.True_
         if self.reach is not None and self.positions is not None:
             there = self.positions[hold(row, height, "clamp"), hold(column, width, "clamp")].astype(np.float64)
@@ -169,7 +168,8 @@ class Occlusion(Problem):
         """Occlusion by another sight."""
         if sight.middle != self.sight.middle:  # positions are given: a sample's texel is the one around its middle
             by = self.sight.middle - sight.middle
-            return self.changed(image=np.array([[1, 0, by], [0, 1, by], [0, 0, 1]]) @ self.image)
+            shifted: Occlusion = moved(self, [[1, 0, by], [0, 1, by], [0, 0, 1]])
+            return shifted
         made = self.changed(sight=sight, depth=sight.deepened(self.depth))
         if self.corners is None:
             return made
@@ -249,7 +249,7 @@ class Occlusion(Problem):
         )
         return [
             scaled("radius", lambda p, f: p.changed(radius=p.radius * f)),
-            *shifts(lambda p, u, v: p.changed(image=np.array([[1, 0, u], [0, 1, v], [0, 0, 1]]) @ p.image)),
+            *of_shifts(),
             scaled("depth bias", lambda p, b: p.changed(depth=p.depth + b), bias, "depth {}"),
             scaled(
                 "depth scale", lambda p, s: p.changed(depth=p.depth * s), Axis(1e-5 * most, most, True), "depth x {}"
@@ -261,14 +261,9 @@ class Occlusion(Problem):
 
 def _of_look_ups(height: int, width: int) -> list[Change]:
     return [
-        _moved("u flipped", [[-1, 0, width], [0, 1, 0], [0, 0, 1]]),
-        _moved("v flipped", [[1, 0, 0], [0, -1, height], [0, 0, 1]]),
-        _moved("u and v flipped", [[-1, 0, width], [0, -1, height], [0, 0, 1]]),
-        _moved("u and v transposed", [[0, 1, 0], [1, 0, 0], [0, 0, 1]]),
-        _moved("look-ups at the nearest centre, half a texel off", [[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]]),
-        _moved("look-ups half a texel up and left", [[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1]]),
-        fixed(f"{OUTSIDE} occluded", border="occluded"),
-        *(fixed(f"{OUTSIDE} held by {border}", border=border) for border in INSIDE),
+        *of_places(height, width),
+        beyond_occluded(),
+        *of_borders(),
         fixed("surDepth <= smp.z in place of <", relation="<="),
         fixed("surDepth > smp.z in place of <", relation=">"),
         plain("depth with the other sign", lambda p: p.changed(depth=-p.depth)),
@@ -278,10 +273,6 @@ def _of_look_ups(height: int, width: int) -> list[Change]:
         ),
         plain("depth of half precision", lambda p: p.changed(depth=half(p.depth))),
     ]
-
-
-def _moved(kind: str, matrix: list[list[float]]) -> Change:
-    return plain(kind, lambda p: p.changed(image=np.array(matrix, np.float64) @ p.image))
 
 
 def _of_counts(n: int) -> Iterator[Change]:

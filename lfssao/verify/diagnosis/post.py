@@ -131,7 +131,7 @@ class Blur(Problem):
             fixed("blurred vertically alone", horizontal=False),
             fixed(f"{outside} zero", border="zero"),
             fixed(f"{outside} left out, weights normalised anew", border="left out"),
-            *(fixed(f"{outside} held by {border}", border=border) for border in INSIDE[1:]),
+            *(fixed(f"{outside} held by {border}", border=border) for border in INSIDE if border != "clamp"),
             *(fixed(cut.format(reach), reach=reach) for reach in (2.0, 4.0, 1.0, 1.5, 2.5, 5.0)),
             fixed("weights not normalised, Gaussian density", total=float(np.sqrt(2 * np.pi) * self.sigma)),
             fixed("weights not normalised, 1 in the middle", total=1.0),

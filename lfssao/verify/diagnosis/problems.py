@@ -22,6 +22,7 @@ from lfssao.verify.case import Arrays, Case, described_mapping, described_option
 from lfssao.verify.diagnosis import post, surface
 from lfssao.verify.diagnosis.change import Places, Problem
 from lfssao.verify.diagnosis.estimated import Estimated, face_normals
+from lfssao.verify.diagnosis.formulated import Formulated
 from lfssao.verify.diagnosis.occlusion import Occlusion
 from lfssao.verify.diagnosis.search import beyond
 from lfssao.verify.diagnosis.views import Sight, sight_of
@@ -73,10 +74,15 @@ class Texture:
         return described_turns(self.case.parameters, self.inputs)
 
     @cached_property
+    def _buffers(self) -> Buffers:
+        """The textures that estimators read."""
+        inputs, view = self.inputs, described_view(self.case.parameters)
+        return Buffers(view, inputs["depth"], inputs["positions"], inputs.get("normals"), self._turns)
+
+    @cached_property
     def _face_normals(self) -> NDArray[Any]:
         """Normals made from positions."""
-        textures = self.inputs["depth"], self.inputs["positions"]
-        return face_normals(Buffers(described_view(self.case.parameters), *textures))
+        return face_normals(self._buffers)
 
     @cached_property
     def _view(self) -> Texels:
@@ -205,17 +211,17 @@ class Texture:
         estimator = find_estimator(name)
         if estimator.reads_normals(parameters["options"]) and "normals" not in inputs:
             return None
-        textures = inputs["depth"], inputs["positions"], inputs.get("normals"), self._turns
-        return Estimated(
+        made = (Formulated if estimator.reads_texels else Estimated)(
             **at,
             estimator=estimator,
-            buffers=Buffers(described_view(parameters), *textures),
+            buffers=self._buffers,
             points=inputs.get("points"),
             weights=inputs.get("weights"),
             options=described_options(parameters, at["radius"]),
             bounded=self.judged.bounds is not None,
-            cost=1,  # each run makes a whole texture
+            cost=1,  # a run of a whole texture makes all texels
         )
+        return made.changed(cost=made.samples) if isinstance(made, Formulated) else made
 
     def _merged(self, at: Texels) -> post.Merge | None:
         if not set(self.layers) <= set(self.inputs):

@@ -150,7 +150,7 @@ def sample_set(domain: str, n: int, middle: bool = False) -> tuple[FloatArray, W
 def by_formulas(formulas: Callable[..., Any], tangent: bool) -> dict[str, Any]:
     """Return the functions of an estimator by formulas, whose last parameter is ``tangent``."""
     own = partial(formulas, tangent=tangent)
-    return {"run": partial(sum_at_radii, own), "formulas": own}
+    return {"run": partial(sum_at_radii, own), "formulas": own, "at_radii": at_radii}
 
 
 def pair_of(

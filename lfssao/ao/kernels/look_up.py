@@ -1,0 +1,62 @@
+"""How an image point is looked up: its texel, a rule for the border, and what stands where there is no surface."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lfssao.core.numbers import formula
+
+VALUE, CLAMP, MIRROR, WRAP, MIRROR_INSIDE = range(5)  # rules for the border
+NOTHING = -1  # the texel of a look-up that adds nothing
+_FAR = 1e6  # texels from the texture, beyond which a rule makes no difference
+
+
+class Look(NamedTuple):
+    """A way to look image points up.
+
+    matrix: (2, 3), applied to (u, v, 1), of the arithmetic's dtype. border: VALUE, or the rule by which a texel inside
+    stands for one outside. outside: the number of the texel that stands for all others by the rule VALUE. empty:
+    the number of the texel that stands for all without a surface. Both are NOTHING where there is no such texel.
+    """
+
+    matrix: Any
+    border: int = VALUE
+    outside: int = NOTHING
+    empty: int = NOTHING
+
+
+@formula
+def hold_place(place: Any, size: Any, rule: Any) -> Any:
+    """The column or row inside 0 to size - 1 that stands for any, a whole number; by VALUE that of CLAMP."""
+    if rule == WRAP:
+        return place % size
+    if rule == MIRROR:
+        folded = place % (2 * size)
+        return np.minimum(folded, 2 * size - 1 - folded)
+    if rule == MIRROR_INSIDE and size > 1:
+        folded = place % (2 * size - 2)
+        return np.minimum(folded, 2 * size - 2 - folded)
+    return np.minimum(np.maximum(place, 0), size - 1)
+
+
+@formula
+def _texel_at(u):
+    """The column or row of an image coordinate, int64, at most so far outside that rules are the same."""
+    return np.int64(np.floor(min(max(np.float64(u), -_FAR), _FAR)))
+
+
+@formula
+def look_up(look, u, v, size):
+    """The number of the texel that image point (u, v) is looked up in, row * width + column, or NOTHING.
+
+    size: height and width. A point without image, NaN, is looked up in NOTHING by every rule.
+    """
+    m, (height, width) = look.matrix, size
+    x = (m[0, 0] * u + m[0, 1] * v) + m[0, 2]
+    y = (m[1, 0] * u + m[1, 1] * v) + m[1, 2]
+    if np.isnan(x) or np.isnan(y):
+        return NOTHING
+    column, row = _texel_at(x), _texel_at(y)
+    if look.border == VALUE and not (0 <= column < width and 0 <= row < height):
+        return look.outside
+    return hold_place(row, height, look.border) * width + hold_place(column, width, look.border)

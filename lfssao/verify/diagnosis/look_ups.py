@@ -1,0 +1,45 @@
+"""Changes of where image points are looked up, of problems with ``image``, applied to (u, v, 1), and a ``border``."""
+
+from typing import Any
+
+import numpy as np
+
+from lfssao.verify.diagnosis.change import INSIDE, OUTSIDE, Change, fixed, plain, shifts
+
+OCCLUDED = "occluded"  # a border beyond which all samples are
+
+
+def moved(problem: Any, matrix: Any) -> Any:
+    """The problem with a matrix, (3, 3), after its own."""
+    return problem.changed(image=np.array(matrix, np.float64) @ problem.image)
+
+
+def _by_matrix(kind: str, matrix: list[list[float]]) -> Change:
+    return plain(kind, lambda p: moved(p, matrix))
+
+
+def of_places(height: int, width: int) -> list[Change]:
+    """Image points flipped, exchanged or half a texel off, of a texture of a size."""
+    return [
+        _by_matrix("u flipped", [[-1, 0, width], [0, 1, 0], [0, 0, 1]]),
+        _by_matrix("v flipped", [[1, 0, 0], [0, -1, height], [0, 0, 1]]),
+        _by_matrix("u and v flipped", [[-1, 0, width], [0, -1, height], [0, 0, 1]]),
+        _by_matrix("u and v transposed", [[0, 1, 0], [1, 0, 0], [0, 0, 1]]),
+        _by_matrix("look-ups at the nearest centre, half a texel off", [[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]]),
+        _by_matrix("look-ups half a texel up and left", [[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1]]),
+    ]
+
+
+def of_borders() -> list[Change]:
+    """Rules for image points beyond the border by which a texel inside stands for them."""
+    return [fixed(f"{OUTSIDE} held by {border}", border=border) for border in INSIDE]
+
+
+def beyond_occluded() -> Change:
+    """Image points beyond the border that occlude."""
+    return fixed(f"{OUTSIDE} {OCCLUDED}", border=OCCLUDED)
+
+
+def of_shifts() -> list[Change]:
+    """Image points shifted by texels along u, along v and along both."""
+    return shifts(lambda p, u, v: moved(p, [[1, 0, u], [0, 1, v], [0, 0, 1]]))

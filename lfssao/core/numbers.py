@@ -279,6 +279,16 @@ def smoothstep(x: Any) -> Any:
     return (x * x) * (3 - (x + x))
 
 
+def where_none(x: Any, one: Any, other: Any) -> Any:
+    """Return one value where x is None, else another, which may be of another type; compilers know which."""
+    return one if x is None else other
+
+
+@overload(where_none, jit_options=INLINED)
+def _where_none(x, one, other):
+    return (lambda x, one, other: one) if isinstance(x, types.NoneType) else lambda x, one, other: other
+
+
 @type_callable(select)
 def _type_select(_context):
     def typer(condition, x, y):

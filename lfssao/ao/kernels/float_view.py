@@ -6,7 +6,7 @@ import numpy as np
 
 from lfssao.ao.kernels.moments import filtered_moments
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, formula, plain
+from lfssao.core.numbers import as_float, formula, plain, where_none
 from lfssao.core.places import affine_rows, linear_rows
 from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.projection import image_of, texel_number
@@ -29,19 +29,16 @@ def row_of_texel(texel, width):
 
 
 @kernel(inline=True)
-def landed(moments_of, x, y, width):
+def landed(view, x, y, width):
     """Return the texel of the image point (x, y), or the point itself where textures are filtered."""
-    if moments_of is None:
-        return texel_number(x, y, width)
-    return as_float(x), as_float(y)
+    return where_none(view.moments_of, texel_number(x, y, width), (as_float(x), as_float(y)))
 
 
 @kernel(inline=True)
-def shown(moments_of, view, seen):
+def shown(view, seen):
     """Whether a surface is seen where a sample has ``landed``; filtered textures say by themselves how much is."""
-    if moments_of is None:
-        return view.shows(seen)
-    return True
+    filtered = where_none(view.moments_of, False, True)
+    return filtered | view.shows(where_none(view.moments_of, seen, 0))
 
 
 class FloatView(NamedTuple):

@@ -10,7 +10,7 @@ from lfssao.ao.kernels.float_view import shown
 from lfssao.core.balls import SAFETY, UNKNOWN
 from lfssao.core.doubts import doubt_of
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import number, within
+from lfssao.core.numbers import number, where_none, within
 from lfssao.verify.bounds.kernels.ball_view import answering, image_at
 from lfssao.verify.bounds.kernels.images import Projected, widen
 from lfssao.verify.bounds.kernels.seen import box_of, texel_of
@@ -19,21 +19,17 @@ _OPEN = 2.0**-10  # a term whose interval is wider than this part of it counts a
 
 
 @kernel(inline=True)
-def readings(moments_of, box):
+def readings(view, box):
     """How many readings a look-up is bounded by: of each texel of a box, or the one of filtered textures."""
-    if moments_of is None:
-        return box.texels
-    return min(box.texels, 1)
+    return where_none(view.moments_of, box.texels, min(box.texels, 1))
 
 
 @kernel(inline=True)
-def reading(moments_of, view, box, image, k):
+def reading(view, box, image, k):
     """Return what formulas are given of reading k: a texel, or the image point in the texture."""
-    if moments_of is None:
-        row, column = texel_of(box, k)
-        return row * view.width + column
-    height = np.float64(view.low.shape[0] // view.width)
-    return within(image.u, 0.0, np.float64(view.width)), within(image.v, 0.0, height)
+    (row, column), height = texel_of(box, k), np.float64(view.low.shape[0] // view.width)
+    point = within(image.u, 0.0, np.float64(view.width)), within(image.v, 0.0, height)
+    return where_none(view.moments_of, row * view.width + column, point)
 
 
 @kernel
@@ -49,10 +45,10 @@ def _bound_texel(view, seen, estimator, largest, jumps, texel):
         image = widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by)
         box = box_of(seen, image)
         least, most = largest * box.least, largest * box.most
-        for k in range(readings(view.moments_of, box)):
-            other = reading(view.moments_of, view, box, image, k)
+        for k in range(readings(view, box)):
+            other = reading(view, box, image, k)
             term = number(estimator.background(), z)
-            if shown(view.moments_of, view, other):
+            if shown(view, other):
                 term = estimator.term(view, here, s, z, texel, other)
             error = term.error * SAFETY
             if error < UNKNOWN:

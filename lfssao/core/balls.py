@@ -105,9 +105,8 @@ def _sqrt(x):
     if not x.value - x.error >= 0.0:
         return Ball(0.0, UNKNOWN, x)
     s, off = np.sqrt(x.value), x.error + FLUSHED
-    less = off / (np.sqrt(max(x.value - off, 0.0)) + s) if s > 0.0 else 0.0
-    more = off / (np.sqrt(x.value + off) + s) if s > 0.0 else 0.0
-    return Ball(s + 0.5 * (more - less), 0.5 * (more + less) + x.root * (s + more), x)
+    e = off / (np.sqrt(max(x.value - off, 0.0)) + s) if s > 0.0 else 0.0
+    return Ball(s, e + x.root * (s + e), x)
 
 
 @rule(operator.neg)
@@ -176,12 +175,12 @@ def _by_squaring(x, times):
         return None
 
     def powers(x, times):
+        if not abs(x.value) + x.error < 2.0**40:
+            return Ball(0.0, UNKNOWN, x)
         made, k = x, 1.0
         for _ in range(times):
             made, k = made * made, 2.0 * k
         least, size = max(x.value - x.error * SAFETY, 2.0**-16), abs(made.value) + made.error
-        if not size < UNKNOWN:
-            return made
         _, exponent = math.frexp(least)
         _, high = math.frexp(abs(x.value) + x.error * SAFETY)
         steps = k * max(1.0 - exponent, np.float64(high))

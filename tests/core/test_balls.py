@@ -22,10 +22,10 @@ from lfssao.core.vectors import Vector
 # Relative errors of + - *, quotients and roots, and of exp; large, as SAFETY hides small ones.
 ERRORS = np.array([2.0**-16, 2.0**-14, 2.0**-13, 2.0**-16, 2.0**-17])
 SMALLEST = Fraction(2) ** -126
-ONES, SEVERAL, COMPARED, WAYS = 29, 19, 9, 8  # formulas of one operation, of several; comparisons; ways of a renderer
+ONES, SEVERAL, COMPARED, WAYS = 29, 22, 9, 8  # formulas of one operation, of several; comparisons; ways of a renderer
 FORMS = ONES + SEVERAL + 2
 SELECTED, SMOOTH = (18, 19, 20, 21, 22, 26, 28, 44), 29  # formulas that are decided by some operand; smoothstep
-OF_OTHERS = {3, 9, 30, 47, 48, 49}  # formulas that of zeros are no exact zero: x / 0, 0.1, a row
+OF_OTHERS = {3, 9, 30, 47, 48, 49, 51, 52}  # formulas that of zeros are no exact zero: x / 0, 0.1, a power, a row
 
 
 @formula
@@ -178,7 +178,20 @@ def power(x, k):
     return Rounded(float(np.exp2(exponent) * (1 + c * (ERRORS[3] + ERRORS[4] * abs(exponent)))))
 
 
+def log2(x):
+    """Off by 2^-21, outside [1/2, 2] by 3 ulp."""
+    logarithm = np.log2(float(Rounded.of(x)))
+    off = 2.0**-21 if abs(logarithm) <= 1 else 3 * 2.0**-24 * 2.0 ** np.frexp(logarithm)[1]
+    return Rounded(logarithm + Rounded.rng.choice([-1, 0, 1]) * off)
+
+
+def by_squaring(x, times):
+    return [reduce(lambda made, _: made * made, range(times), x), power(x, 2.0**times)][Rounded.rng.integers(2)]
+
+
 WORDS = {
+    "log2": log2,
+    "by_squaring": by_squaring,
     "smoothstep": lambda x: [(x * x) * (3 - (x + x)), 3 * (x * x) - 2 * (x * x * x)][Rounded.rng.integers(2)],
     "rounded": rounded,
     "power": power,
@@ -250,8 +263,8 @@ def test_renderers_lie_in_balls(seen):
 
 
 BEYOND = 2.0**200  # an error beyond all float32 numbers
-# Dot products with 0 and 1, whose roundings are counted and not made.
-CONSTANT = {32, 33, 34, 35}
+# Dot products with 0 and 1, and a middle and its error, whose roundings are counted and not made.
+CONSTANT = {32, 33, 34, 35, 50}
 
 
 @pytest.mark.parametrize("operand", range(7))
@@ -279,7 +292,7 @@ def test_what_is_unknown_stays_unknown():
     assert (abs(made[..., 0]) < np.inf).all()
     affected = (made[:6] != made[6]).any(axis=2)
     assert affected.sum() > 80
-    assert set(np.argwhere(affected & (made[:6, :, 1] < BEYOND))[:, 1]) <= {*SELECTED, SMOOTH, 45, 46}
+    assert set(np.argwhere(affected & (made[:6, :, 1] < BEYOND))[:, 1]) <= {*SELECTED, SMOOTH, 45, 46, 48, 49}
     assert made[0, 2, 1] > BEYOND  # 0 times what is unknown may be NaN
     assert (doubts[:2, :-1, 0] & ~doubts[:2, :-1, 1]).all()
     assert not doubts[0, -1, 1]

@@ -4,14 +4,19 @@ import numpy as np
 
 from lfssao.core.numbers import (
     alternatives,
+    by_squaring,
+    double,
     formula,
     larger,
+    log2,
+    middle_of,
     number,
     power,
     rounded,
     select,
     smaller,
     smoothstep,
+    spread_of,
 )
 from lfssao.core.vectors import Vector, cross, dot
 
@@ -38,4 +43,6 @@ def several(x, y, z, u, v, w):
         dot(Vector(x, y, one), b), dot(a, Vector(zero, v, w)), dot(Vector(one, one, zero), b),
         c.x, c.y, c.z, d.x, d.y, d.z, alternatives(x, y), alternatives(y, x), select(alternatives(x < y, y >= z), x, y),
         power(smaller(1, larger(0, x)), 2.5), power(smaller(1, larger(0, y)), 1.0), rounded(0.1, 1, x, 2),
+        by_squaring(smaller(1, larger(0, x)), 3), number(log2(double(larger(2.0**-100, abs(x)))), x),
+        middle_of(x) + spread_of(x),
     )  # fmt: skip

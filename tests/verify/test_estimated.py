@@ -45,13 +45,13 @@ def view(tmp_path_factory):
 
 
 def occlusion(buffers, case, radius=1.0, samples=None, **options):
-    """The estimator's occlusion with changes, and noise of a rounding."""
+    """The estimator's occlusion with changes, and noise: of 3e-6 where no interval is known, else of a rounding."""
     name, tables = case.parameters["estimator"], case.inputs
     points = tables.get("points") if samples is None else samples
     chosen = {**case.parameters["options"], **options}
     made = lfssao.estimate(name, buffers, radius * case.parameters["radii"][0], points, tables.get("weights"), **chosen)
     noise = np.random.default_rng(1).uniform(-1, 1, made.texture.shape)
-    noise *= 2.0**-23 * made.texture
+    noise *= 3e-6 * (made.texture > 0) if name == "vo-area" else 2.0**-23 * made.texture
     return (made.texture + noise).astype(np.float32)
 
 

@@ -126,7 +126,8 @@ def test_a_case_is_small_and_its_outputs_lie_within_their_bounds(kit, name):
         assert key in ("lines", "x") or not np.isnan(array).any()  # a line that is none is four NaN
         if array.dtype == np.float32:  # shaders flush subnormal numbers
             assert not ((array != 0) & (np.abs(array) < np.finfo(np.float32).tiny)).any()
-    assert bool(case.bounds) == (case.stage in BOUNDED)
+    cancels = "vo-area" in str(case.parameters.get("estimator")) and case.parameters["mapping"]["kind"] == "matrix"
+    assert bool(case.bounds) == (case.stage in BOUNDED and not cancels)
     for output, bounds in case.bounds.items():
         lower, upper, made = bounds.lower, bounds.upper, case.outputs[output]
         assert lower.dtype == upper.dtype == made.dtype

@@ -33,7 +33,7 @@ from lfssao.verify.bounds.view import occlusion_bounds
 from lfssao.verify.kit.views import view_numbers
 
 RENDERERS = 40
-OTHERS = ("alchemy", "oriented-hemisphere")  # which have tests of their own
+OTHERS = ("alchemy", "oriented-hemisphere", "vo-area", "vo-area-normal")  # which have tests of their own
 COUNTED = [name for name in BOUNDED if find_estimator(name).default_samples()[0] is not None and name not in OTHERS]
 
 
@@ -286,7 +286,22 @@ def check_wrong_lines(found, seen, buffers, name, radius, points, weights, optio
         assert found.outside(made)[seen].mean() > 0.3
 
 
-@pytest.mark.parametrize("name", BOUNDED)
+@pytest.mark.parametrize("name", ["vo-area", "vo-area-normal"])
+def test_bounds_of_areas_are_narrow_on_displays_and_none_on_cameras(name, seen):
+    points, weights = find_estimator(name).default_samples(5)
+    for shown, radius in seen:
+        options, there = ESTIMATORS[name].parameters, shown.depth < np.inf
+        found = point_bounds(name, shown, radius, points, weights, options)
+        assert (found is None) == (shown.view.screen_to_world is not None)
+        if found:
+            made = estimate(name, shown, radius, points, weights).texture
+            assert not found.outside(made).any()
+            assert np.median((found.upper - found.lower)[there]) < 0.01
+            assert found.outside(made * np.float32(0.9))[made > 0.05].mean() > 0.8
+            check_wrong_lines(found, there, shown, name, radius, points, weights, options)
+
+
+@pytest.mark.parametrize("name", [name for name in BOUNDED if not name.startswith("vo-area")])
 def test_bounds_are_those_of_the_arguments(name):
     """By a camera, whose axis VO reads; of another axis, or in another model, they would be others."""
     mesh, rng = builtin_scene("statue"), np.random.default_rng(4)

@@ -17,17 +17,24 @@ from lfssao.verify.bounds.sao import summing_error
 from lfssao.verify.bounds.ssao import single
 
 _SQUARES = 2.0**-126, 2.0**126  # between which a renderer's R^2 is a number of full precision
+_LONG = 2.0  # coordinates of normals that are no unit vectors: powers of their products may be infinite
 
 
 def multiresolution(given: Problem, radius: float) -> Bounds | None:
-    """Bounds of ``multiresolution``; None if R squared may be flushed or infinite."""
+    """Bounds of ``multiresolution``; None if R squared may be flushed or infinite. Of long normals nothing is known."""
     options, model = find_estimator("multiresolution").options(**given.options), given.model
     assert isinstance(options, MultiresolutionOptions)
     with np.errstate(over="ignore"):
         squared = float(single(float(radius) * float(radius)))
+    there = given.seen.depth < np.inf
+    nothing = np.zeros(there.shape, np.float32)
+    if radius == 0:
+        return Bounds(nothing, nothing, nothing.astype(np.int32))
     if not _SQUARES[0] <= squared < _SQUARES[1]:
         return None
     assert given.seen.normals is not None  # ``point_bounds`` has seen to it
+    if not np.abs(given.seen.normals[there]).max(initial=0) < _LONG:
+        return Bounds(nothing, there.astype(np.float32), there.astype(np.int32))
     places, facing = (single(texture).reshape(-1, 3) for texture in (given.seen.positions, given.seen.normals))
     levels, reach = level_pyramid(given.seen.depth, options.levels), float(single(radius))
     taps = (2 * options.kernel + 1) ** 2 - 1

@@ -8,8 +8,8 @@ as much as the surface there differs. Each term lies between those that any texe
 (``kernels.sums``); so do the terms of ``alchemy`` and ``sao`` and the rises of horizons of ``hbao``. Both ways of VO to
 make one occlusion of two radii grow with each of the two.
 
-Terms of ``vo-area`` are made of filtered textures (``kernels.moment_balls``), which do not jump. ``multiresolution``
-sums terms of texels that no arithmetic chooses.
+Terms of ``vo-area`` on displays are made of filtered textures (``kernels.moment_balls``), and do not jump.
+``multiresolution`` sums terms of texels that no arithmetic chooses.
 """
 
 from collections.abc import Callable
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators.horizon import ZENITH
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.ao.textures import Buffers
+from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels.folds import bound_folds
@@ -95,6 +96,13 @@ def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds]) 
     return Bounds(up_to_single(lower), down_to_single(upper), merged.undecided)
 
 
+def _hidden_areas(given: Problem, radius: float, *, name: str) -> Bounds | None:
+    """Bounds of ``vo-area``; None on cameras, whose far depths cancel in M2 - M1^2 of float32 until nothing is left."""
+    if given.seen.view.world_to_image.kind == MATRIX:
+        return None
+    return _hidden_volume(given, radius, at=partial(_formulas, name=name, jumps=False))
+
+
 def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0, jumps: bool = True) -> Bounds:
     """Bounds of an estimator that is written as formulas; largest, jumps: as of ``bound_sums`` and ``bound_folds``."""
     estimator, model = find_estimator(name), given.model
@@ -123,8 +131,8 @@ BOUNDED: dict[str, Callable[[Problem, float], Bounds | None]] = {
     "vo-points-normal": partial(_hidden_volume, at=partial(_formulas, name="vo-points-normal")),
     "vo-lines": partial(_hidden_volume, at=partial(_formulas, name="vo-lines", jumps=False)),
     "vo-lines-normal": partial(_hidden_volume, at=partial(_formulas, name="vo-lines-normal", jumps=False)),
-    "vo-area": partial(_hidden_volume, at=partial(_formulas, name="vo-area", jumps=False)),
-    "vo-area-normal": partial(_hidden_volume, at=partial(_formulas, name="vo-area-normal", jumps=False)),
+    "vo-area": partial(_hidden_areas, name="vo-area"),
+    "vo-area-normal": partial(_hidden_areas, name="vo-area-normal"),
     "alchemy": partial(_formulas, name="alchemy", largest=LIMITLESS, jumps=False),
     "oriented-hemisphere": partial(_formulas, name="oriented-hemisphere"),
     "hbao": partial(_formulas, name="hbao", largest=2 * ZENITH),

@@ -222,6 +222,6 @@ ENTRIES = pair_of(
     samples=partial(sample_set, "disk", middle=True),
     dimensions=2,
     count=1,
-    texel_bytes=73,
+    texel_bytes=69,
     filtered=True,
 )

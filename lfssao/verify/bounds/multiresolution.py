@@ -21,7 +21,7 @@ _LONG = 2.0  # coordinates of normals that are no unit vectors: powers of their 
 
 
 def multiresolution(given: Problem, radius: float) -> Bounds | None:
-    """Bounds of ``multiresolution``; None if R squared may be flushed or infinite. Of long normals nothing is known."""
+    """Bounds of ``multiresolution``; None if R squared may be flushed or infinite. With long normals any is right."""
     options, model = find_estimator("multiresolution").options(**given.options), given.model
     assert isinstance(options, MultiresolutionOptions)
     with np.errstate(over="ignore"):

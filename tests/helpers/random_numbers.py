@@ -7,6 +7,7 @@ by none, so that a product and a sum are also fused. Nothing here knows how ball
 
 import sys
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import reduce
 from operator import add, and_, or_
 
@@ -23,6 +24,7 @@ KINDS = {np.add: "operation", np.subtract: "operation", np.multiply: "operation"
          np.sqrt: "root"}  # fmt: skip
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 SMALLEST = 2.0**-126
+ERRORS = "operation", "quotient", "root", "coordinate", "angle"
 WORDS = "number", "rounded", "alternatives", "by_squaring", "smoothstep", "power", "twice", "log2"
 
 
@@ -30,6 +32,19 @@ def single(x):
     """Numbers rounded to float32, as every renderer has them, of three axes."""
     x = np.asarray(x, np.float64).astype(np.float32).astype(np.float64)
     return x.reshape((1,) * (3 - x.ndim) + x.shape)
+
+
+def scaled(model, factor):
+    """A model of errors that are so many times as large."""
+    exponential = tuple(factor * part for part in model.exponential)
+    return replace(model, exponential=exponential, **{kind: factor * getattr(model, kind) for kind in ERRORS})
+
+
+def outside(made, found):
+    """How many numbers lie outside; ends of bounds are float32 numbers, and the numbers real."""
+    low = np.nextafter(found.lower, np.float32(-np.inf)).astype(float)
+    high = np.nextafter(found.upper, np.float32(np.inf)).astype(float)
+    return np.count_nonzero(~((made > low) & (made < high)))
 
 
 class Renderers:

@@ -4,14 +4,13 @@ The formulas run uncompiled on numbers that round at random (``random_numbers``)
 """
 
 import os
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from oracle_scenes import critical_scene, drawn_problems, random_turns, unit
-from random_numbers import RandomView, Renderers, lifted, occlusion
+from random_numbers import RandomView, Renderers, lifted, occlusion, outside, scaled
 
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
 from lfssao.ao.textures import Buffers
@@ -22,7 +21,6 @@ from lfssao.verify.bounds.problem import Problem, held, view_of_formulas
 NAMES = [name for name in ESTIMATORS if find_estimator(name).formulas is not None]
 PROBLEMS = 2000 if os.environ.get("LFSSAO_WHOLE") else 40
 RENDERERS = 40
-ERRORS = ("operation", "quotient", "root", "coordinate", "angle")
 
 # Options of an estimator, one of each is drawn; and by how much a surface lies before a point at a decision, in radii.
 VARIANTS = {
@@ -66,12 +64,6 @@ def offsets_of(name, options, radius, seen, samples, number):
     return np.where(np.broadcast_to(view.asked, (1, number.size, 1)).reshape(*number.shape, 1), made[1], made[0])
 
 
-def scaled(model, factor):
-    """A model of errors that are so many times as large."""
-    exponential = tuple(factor * part for part in model.exponential)
-    return replace(model, exponential=exponential, **{kind: factor * getattr(model, kind) for kind in ERRORS})
-
-
 def formulas_of(name, options, radius, seen, samples):
     """An estimator's numbers as bounds are made of them."""
     estimator = find_estimator(name)
@@ -102,13 +94,6 @@ def drawn_scene(rng, name, options, view, radius, n, turning):
     depth, positions, samples = critical_scene(rng, view, n, radius, moved)
     normals[~np.isfinite(depth)] = 0
     return Buffers(view, depth, positions, normals, turns), samples
-
-
-def outside(made, found):
-    """How many numbers lie outside; ends of bounds are float32 numbers, and the numbers real."""
-    low = np.nextafter(found.lower, np.float32(-np.inf)).astype(float)
-    high = np.nextafter(found.upper, np.float32(np.inf)).astype(float)
-    return np.count_nonzero(~((made > low) & (made < high)))
 
 
 def missed(name, drawn, options):

@@ -5,7 +5,6 @@ the tangent plane, but for the last digits.
 """
 
 import os
-from dataclasses import replace
 from functools import reduce
 from operator import add
 
@@ -14,7 +13,7 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from oracle_scenes import unit
-from random_numbers import Number, Renderers, single
+from random_numbers import Number, Renderers, outside, scaled, single
 
 from lfssao import Camera
 from lfssao.ao.estimators.kernels import multiresolution as kernels
@@ -28,13 +27,6 @@ from lfssao.verify.bounds.points import point_bounds
 NAME = "multiresolution"
 PROBLEMS = 2000 if os.environ.get("LFSSAO_WHOLE") else 40
 RENDERERS = 40
-ERRORS = ("operation", "quotient", "root")
-
-
-def scaled(model, factor):
-    """A model of errors that are so many times as large."""
-    exponential = tuple(factor * part for part in model.exponential)
-    return replace(model, exponential=exponential, **{kind: factor * getattr(model, kind) for kind in ERRORS})
 
 
 def drawn_scene(rng):
@@ -131,13 +123,6 @@ def renderers(seed, model, seen, radius, options):
         chosen = {"maximum": most, "average": mean, "both": both}[options["combine"]]
     made[:, seen.depth < np.inf] = np.clip(chosen.x[..., 0], 0, 1)
     return made
-
-
-def outside(made, found):
-    """How many numbers lie outside; ends of bounds are float32 numbers, and the numbers real."""
-    low = np.nextafter(found.lower, np.float32(-np.inf)).astype(float)
-    high = np.nextafter(found.upper, np.float32(np.inf)).astype(float)
-    return np.count_nonzero(~((made > low) & (made < high)))
 
 
 @pytest.mark.slow

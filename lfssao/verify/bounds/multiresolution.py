@@ -40,7 +40,6 @@ def multiresolution(given: Problem, radius: float) -> Bounds | None:
     taps = (2 * options.kernel + 1) ** 2 - 1
     relative = summing_error(taps, model) + model.quotient * SAFETY
     carried = np.empty((2, 2, 0, 0))
-    undecided = np.zeros(levels[-1].shape, np.int32)
     for k in reversed(range(options.levels)):
         coarser, level = carried, levels[k]
         sums = np.empty((2, *level.shape))

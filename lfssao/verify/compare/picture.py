@@ -80,9 +80,9 @@ def scale_of(difference: NDArray[np.float64]) -> tuple[float, float]:
 
 def largest(array: NDArray[Any], step: int) -> NDArray[Any]:
     """The largest value of each block of step x step texels, all at least 0: one wrong texel stays visible."""
-    from skimage.measure import block_reduce  # late: only pictures and pages need it
-
-    return np.asarray(block_reduce(array, step, np.max))
+    rows, columns = (np.arange(0, size, step) for size in array.shape)
+    most: NDArray[Any] = np.maximum.reduceat(np.maximum.reduceat(array, rows, axis=0), columns, axis=1)
+    return most
 
 
 def save_panels(panels: Panels | None, path: Path) -> None:

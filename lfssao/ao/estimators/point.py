@@ -23,18 +23,16 @@ Algorithm 2's line 7 reads the depth texture, or maps the positions texture's po
 rounding of a position moves its depth past a sample's; the depth texture's is rounded once, not twice.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from lfssao.ao import ssao
-from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, option, turns_of
+from lfssao.ao.estimators.estimator import BACKGROUNDS, FloatArray, Options, option, turns_of
+from lfssao.ao.estimators.lf import LF
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers
-from lfssao.samples import make_samples
 
 SURFACES = ("depth", "positions")
 
@@ -62,22 +60,10 @@ class PointOptions(HemisphereOptions, _Remap):
     """Options of ``point``."""
 
 
-def lf_radii(
-    buffers: Buffers, radii: Sequence[float], points: FloatArray, weights: FloatArray | None, options: Options
-) -> list[Occlusion]:
-    """Return LF's occlusion of each radius, by Algorithm 1 where the mapping has an inverse, else by Algorithm 2.
-
-    points: (n, 3), offsets in the unit ball, which all weigh 1 / n; weights are not read.
-    """
-    view, depth = buffers.view, buffers.view.image_z(buffers.depth)
-    positions = buffers.positions if view.screen_to_world is None else ssao.unprojected(depth, view.screen_to_world)
-    return ssao.algorithm2_of_radii(depth, positions, view.world_to_image, points, radii, buffers.turns)
-
-
 def in_ball(
     buffers: Buffers, radius: float, points: FloatArray, weights: Any, options: HemisphereOptions, half: bool
 ) -> Occlusion:
-    """Return LF Algorithm 2's occlusion on every view, cameras included, with options; points as of ``lf_radii``.
+    """Return LF Algorithm 2's occlusion on every view, cameras included, with options; points as of ``lf.lf_radii``.
 
     With ``half``, it is that of the half ball above the surface: samples below it move to the other side of the point.
     VO section 4.4 says 'reflecting the points that are underneath'. An offset o is replaced by -o here, which keeps its
@@ -100,26 +86,9 @@ def in_ball(
     return run_kernel(kernels.occluded_fraction, depth, seen, above, offsets, projection, choices, turns)
 
 
-_LF = Estimator(
-    name="lf",
-    title="share of samples in the ball behind the surface",
-    source="LF Algorithms 1 and 2",
-    formula="ao = (number of samples with surDepth < smp.z) / (number of samples)",
-    run=lambda buffers, radius, points, weights, options: lf_radii(buffers, (radius,), points, weights, options)[0],
-    run_radii=lf_radii,
-    samples=lambda n: (make_samples("latin", n), None),
-    sampling="latin",
-    integrand=("uniform", "shell"),
-    whole_ball=True,
-    turns=True,
-    texel_bytes=16,
-    rotation="hash",  # LF section 4 spawns random samples at each pixel
-)
-
 ENTRIES = (
-    _LF,
     replace(
-        _LF,
+        LF,
         name="point",
         title="share of samples in the ball behind the surface, positions from a texture on every view",
         source="LF Algorithm 2, Mittring 2007",
@@ -129,7 +98,7 @@ ENTRIES = (
         options=PointOptions,
     ),
     replace(
-        _LF,
+        LF,
         name="hemisphere",
         title="share of samples in the half ball above the surface behind it",
         source="VO section 4.4",

@@ -16,7 +16,8 @@ from lfssao.errors import InputError, check_choice, check_type
 
 # A family is a file of this folder. It is imported when one of its estimators is asked for: the default needs one.
 _FAMILIES: dict[str, tuple[str, ...]] = {
-    "point": ("lf", "point", "hemisphere"),
+    "lf": ("lf",),
+    "point": ("point", "hemisphere"),
     "alchemy": ("alchemy",),
     "sao.estimator": ("sao", "sao-equation-1"),
     "multiresolution": ("multiresolution",),

@@ -30,8 +30,9 @@ def _seen(view: Any, radius: Any, occlusion: Any) -> list[Any]:
     return [*_size(occlusion), *textures, view.rows, view.lens, view.axes, radius]
 
 
-def _scene(view: Any, radius: Any, occlusion: Any) -> list[Any]:
-    return [*_size(occlusion), *view[:4], view.rows, view.lens, view.right, radius]
+def _mapping(view: Any) -> Any:
+    """The numbers of a module's mapping: rows u, v and z, and the lens."""
+    return np.concatenate([view.rows[:8], view.rows[12:], view.lens])
 
 
 def _points(a: Sequence[Any]) -> list[Any]:
@@ -55,17 +56,21 @@ def _horizons(a: Sequence[Any]) -> list[Any]:
 
 
 def _fraction(a: Sequence[Any]) -> list[Any]:
-    seen, normals, offsets, projection, _, _, occlusion, _ = a
-    moved = _transformed(offsets, projection)
-    half = normals is not None
-    given = [*seen[:2], normals if half else seen.positions, offsets, moved, projection.numbers, int(half), occlusion]
-    return [*_size(occlusion), len(offsets), *given]
+    view, ball, occlusion, _ = a
+    offsets, numbers = ball.points, _mapping(view)
+    x, y, z = numbers[:12].reshape(3, 4)[:, :3].T
+    moved = np.zeros((len(offsets), 4), offsets.dtype)
+    moved[:, :3] = (offsets[:, :1] * x + offsets[:, 1:2] * y) + offsets[:, 2:] * z
+    textures, half = (view.depth, view.positions, view.normals), int(ball.half is not None)
+    return [*_size(occlusion), len(offsets), *textures, offsets, moved, numbers, half, occlusion]
 
 
 def _alchemy(a: Sequence[Any]) -> list[Any]:
-    seen, taps, turns, projection, away, strength, occlusion, _ = a
-    given = [*seen, taps, turns, projection.numbers, away, *strength[:4], occlusion]
-    return [*_size(occlusion), len(taps), *given]
+    view, taps, occlusion, _ = a
+    textures = view.depth, view.positions, view.normals, view.directions
+    scalars = taps.radius, taps.beta, taps.epsilon, taps.scale
+    given = [*textures, taps.points, view.turns, _mapping(view), taps.away, *scalars, occlusion]
+    return [*_size(occlusion), len(taps.points), *given]
 
 
 def _sampling(a: Sequence[Any]) -> list[Any]:
@@ -78,17 +83,10 @@ def _sampling(a: Sequence[Any]) -> list[Any]:
 
 
 def _area(a: Sequence[Any]) -> list[Any]:
-    view, disk, pyramid, half_width, _, radius, thickness, occlusion, _ = a
-    samples = [disk.mirrors, len(disk.places), *disk[:3], int(disk.tangent), disk.finer]
-    return [
-        *_scene(view, radius, occlusion),
-        *samples,
-        *pyramid,
-        len(pyramid.pitches),
-        float(half_width),
-        thickness,
-        occlusion,
-    ]
+    view, disk, occlusion, _ = a
+    samples = [disk.mirrors, len(disk.points), disk.points, disk.half, disk.weights, int(disk.tangent), disk.finer]
+    pyramid = [*view.moments_of, len(view.moments_of.pitches)]
+    return [*_seen(view, disk.radius, occlusion), *samples, *pyramid, disk.half_width, disk.thickness, occlusion]
 
 
 BASELINES = (
@@ -101,7 +99,7 @@ BASELINES = (
              lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
     Baseline("lfssao.ao.post.post_kernels.blur_vertical", "Gaussian blur, columns", "blur_vertical",
              lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
-    Baseline(KERNELS + "alchemy.alchemy", "Alchemy, taps", "alchemy", _alchemy, (6,)),
+    Baseline("lfssao.ao.formulas.sum_samples", "Alchemy, taps", "alchemy", _alchemy, (2,), "Alchemy"),
     Baseline("lfssao.ao.textures.write_directions", "viewing directions", "directions",
              lambda a: [*_size(a[2]), *a[0], *a[1:]], (2,)),
     Baseline(ESTIMATORS + "sao.texel_rays.linear_depth", "linear z", "linear_depth",
@@ -120,19 +118,17 @@ BASELINES = (
              lambda a: [*_size(a[0]), a[0], a[1], a[3]], (3,)),
     Baseline(ESTIMATORS + "vo.volume.sum_samples", "VO points", "vo_points", _points, (2,), "Points"),
     Baseline(ESTIMATORS + "vo.volume.sum_samples", "VO lines", "vo_lines", _lines, (2,), "Lines"),
-    Baseline(ESTIMATORS + "vo.area.area_occlusion", "VO area", "vo_area", _area, (7,)),
-    Baseline(ESTIMATORS + "vo.area.kernels.write_base", "pyramid of moments", "moments_base",
-             lambda a: [*_size(a[0]), *a], (1,)),
-    Baseline(ESTIMATORS + "vo.area.kernels.write_half", "pyramid of moments", "moments_half",
+    Baseline(ESTIMATORS + "vo.volume.sum_samples", "VO area", "vo_area", _area, (2,), "Areas"),
+    Baseline("lfssao.ao.moments.kernels.write_half", "pyramid of moments", "moments_half",
              lambda a: [a[2], a[3], a[0], a[1], a[4], float(a[5]), float(a[6])], (0,)),
     Baseline("lfssao.ao.formulas.fold_steps", "horizons", "hbao", _horizons, (2,)),
-    Baseline(KERNELS + "point.occluded_fraction", "points with options", "share_behind", _fraction, (6,)),
+    Baseline("lfssao.ao.formulas.sum_samples", "points with options", "share_behind", _fraction, (2,), "Points"),
     Baseline(KERNELS + "multiresolution.first_level", "multiresolution, halve", "first_level",
              lambda a: [*_size(a[0]), *a], (1,)),
     Baseline(KERNELS + "multiresolution.halve", "multiresolution, halve", "halve",
              lambda a: [*_size(a[1]), *a], (2,)),
     Baseline(KERNELS + "multiresolution.level_occlusion", "multiresolution, levels", "level_occlusion",
-             lambda a: [*_size(a[0]), *a[:6]], (5,)),
+             lambda a: [*_size(a[0]), *a[:4], *a[5:7]], (6,)),
     Baseline(KERNELS + "multiresolution.refine", "multiresolution, upsample", "refine",
              lambda a: [*_size(a[0]), *a], (7, 8)),
     Baseline(ESTIMATORS + "sao.estimator.z_pyramid.next_level", "z hierarchy", "next_level",

@@ -5,19 +5,7 @@
 
 #define FAR 0x1p100
 
-/* Level 0 with its border: share, z and z^2. */
-void moments_base(int width, int height, const float *depth, double *moments)
-{
-#pragma omp parallel for schedule(static)
-    for (int j = 0; j < height; j++)
-        for (int i = 0; i < width; i++) {
-            double *out = moments + 3 * ((int64_t)(j + 1) * (width + 3) + 1 + i);
-            const double z = depth[(int64_t)j * width + i];
-            const int there = z < INFINITY;
-            out[0] = there, out[1] = there ? z : 0, out[2] = there ? z * z : 0;
-        }
-}
-
+/* The next level of share, z and z^2, each with its border. */
 void moments_half(int width, int high, double *moments, int source, int target, double outer, double inner)
 {
     const int pitch = width + 3, wide = (width + 1) / 2;

@@ -4,6 +4,9 @@ import bench_algorithm2
 import bench_baselines
 import pytest
 from c_baselines import compile_baselines
+from kernel_baselines import BASELINES
+from settings import SETTINGS, SMALL, relief
+from stages import differing, recorded
 
 
 @pytest.fixture(scope="module")
@@ -23,3 +26,14 @@ def test_c_has_the_bits_of_algorithm_2(small_case, tmp_path):
 @pytest.mark.slow
 def test_a_shader_has_the_bits_of_algorithm_2(small_case):
     assert bench_baselines.glsl(small_case, 1)["glsl"]["equal_bits"] == 1.0
+
+
+@pytest.mark.slow
+def test_c_has_the_bits_of_all_kernels_that_have_a_baseline(tmp_path):
+    """Each baseline still names a kernel, and some setting of the bench calls it."""
+    library, views = compile_baselines(tmp_path, 1, "-ffp-contract=off"), relief(*SMALL)
+    with recorded(BASELINES) as calls:
+        for setting in SETTINGS:
+            setting.run(views)
+    assert differing(calls, library) == []
+    assert {call.baseline for call in calls} == set(BASELINES)

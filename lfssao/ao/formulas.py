@@ -41,10 +41,16 @@ class Seen(Protocol):
         """Cosine and sine as of ``turn``; a renderer may add the angle to a sample's own instead."""
 
     def fork(self, condition: Any) -> Any:
-        """Whether a condition holds, a bool; a start of balls is made for both answers where it is in doubt."""
+        """Whether a condition holds, a bool; of balls in doubt a start or a place is made for both answers."""
 
     def surface(self, texel: Any) -> Any:
         """Cast z of the texel's surface."""
+
+    def image_z(self, texel: Any) -> Any:
+        """Image z of the texel's surface. To formulas that name this word all other z are image z, too."""
+
+    def sample_offset(self, x: Any) -> Any:
+        """A coordinate R s of a sample's offset, a plain number, which a renderer makes itself of R and s."""
 
     def shows(self, texel: Any) -> Any:
         """Whether the texel shows a surface."""
@@ -78,7 +84,7 @@ class Seen(Protocol):
         """The image of a direction, to be multiplied by numbers."""
 
     def depth_at(self, place: Any) -> Any:
-        """Cast z of a place."""
+        """Cast z of a place; of image z infinity where a camera sees no such place."""
 
     def depth_along(self, direction: Any) -> Any:
         """By how much a direction changes cast z."""
@@ -102,7 +108,7 @@ class Summed(Protocol):
         """The image of sample s of a texel; here: the texel's ``start``."""
 
     def term(self, view: Any, here: Any, s: Any, z: Any, texel: Any, seen: Any) -> Any:
-        """The term of sample s at cast z whose image lies in a texel that shows a surface, ``seen``."""
+        """The term of sample s at cast z, or image z, whose image lies in a texel that shows a surface, ``seen``."""
 
     def background(self) -> Any:
         """The term of a sample whose image lies in a texel that shows no surface, a plain number."""
@@ -175,23 +181,30 @@ def float_view(buffers: Buffers, words: Container[str]) -> FloatView:
     """Return a view's textures and mapping as formulas read them, in the textures' dtype.
 
     Textures that no word reads are None: formulas that read them do not compile. Normals are the positions where there
-    are none. The rows are those of u, v, the divisor and cast z; a display's mapping has no divisor's row: 0.
+    are none. The rows are those of u, v, the divisor and z, cast z or, for the word ``image_z``, image z; a display's
+    mapping has no divisor's row: 0.
     """
     view, dtype, mapping = buffers.view, buffers.depth.dtype, buffers.view.world_to_image
-    divisor = mapping.numbers[12:16] if mapping.kind == MATRIX else np.zeros(4)
+    divisor, of_image = mapping.numbers[12:16] if mapping.kind == MATRIX else np.zeros(4), "image_z" in words
+    z, surfaces = mapping.numbers[8:12] if of_image else view.cast_from_world[2], None
+    if of_image:
+        surfaces = np.ascontiguousarray(view.image_z(buffers.depth), dtype).ravel()
+    elif "surface" in words:
+        surfaces = cast_depth(buffers).ravel()
     positions = np.ascontiguousarray(buffers.positions)
     return FloatView(
         depth=np.ascontiguousarray(buffers.depth).ravel(),
-        surfaces=cast_depth(buffers).ravel() if "surface" in words else None,
+        surfaces=surfaces,
         positions=positions.ravel(),
         normals=(positions if buffers.normals is None else np.ascontiguousarray(buffers.normals)).ravel(),
         directions=buffers.directions.ravel() if "direction" in words else None,
         turns=turns_of(buffers),
         kind=mapping.kind,
-        rows=np.concatenate([mapping.numbers[:8], divisor, view.cast_from_world[2]]).astype(dtype),
+        rows=np.concatenate([mapping.numbers[:8], divisor, z]).astype(dtype),
         lens=np.ascontiguousarray(mapping.numbers[12:], dtype),
         axes=np.ascontiguousarray(view.world_from_cast[:, :2].T, dtype).ravel(),
         width=buffers.depth.shape[1],
+        divides=True if of_image and mapping.kind == MATRIX else None,
     )
 
 

@@ -8,7 +8,7 @@ from numba.extending import overload
 
 from lfssao.core.balls import FLUSHED, TINY, UNKNOWN, Ball, ball
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import INLINED, bare, formula, number, struct
+from lfssao.core.numbers import INLINED, bare, formula, number, select, struct
 
 
 @kernel(inline=True)
@@ -92,9 +92,7 @@ def disk_axes(w: Any, towards: Any) -> Any:
 
     towards: whether w.z >= 0.
     """
-    sign = number(1, w.z)
-    if not towards:
-        sign = number(-1, w.z)
+    sign = select(towards, number(1, w.z), -1)
     a = -1 / (sign + w.z)
     b = w.x * w.y * a
     return Vector(1 + sign * w.x * w.x * a, sign * b, -sign * w.x), Vector(b, sign + w.y * w.y * a, -w.y)

@@ -291,12 +291,11 @@ class RandomPyramid:
 class RandomView:
     """A view with the words of ``lfssao.ao.formulas.Seen``; given: a ``BallView``, of which textures are read.
 
-    shape: (height, width). answer: what ``fork`` answers; asked: where that is right.
+    shape: (height, width).
     """
 
-    def __init__(self, by, given, shape, answer=True):
+    def __init__(self, by, given, shape):
         self.by, self.given, self.rows, self.lens, self.shape = by, given, given.rows, given.lens, shape
-        self.answer, self.asked = answer, np.array(answer)
         part = np.clip(0.5 + by.within(np.ones((1, 1, given.depth.size))), 0, 1)[:, 0]
         with np.errstate(invalid="ignore"):
             self.surfaces = np.where(given.low < given.high, given.low + part * (given.high - given.low), given.low)
@@ -325,8 +324,7 @@ class RandomView:
         return tuple(Number(self.by, part.x + off * self.by.within(part.x)) for part in self.turn(texel))
 
     def fork(self, condition):
-        self.asked = condition
-        return self.answer
+        return condition
 
     def row(self, texel):
         return texel // self.shape[1]
@@ -356,8 +354,20 @@ class RandomView:
         rows = [self.by.total(self.rows[4 * k : 4 * k + 3], x) for k in range(4)]
         return Place(self, [], [direction], [Rows(*rows)])
 
+    def image_z(self, texel):
+        return self.surface(texel)
+
+    def sample_offset(self, x):
+        """R s, rounded once, or the product of R and s that are rounded."""
+        exact = self.by.number(x, None).x
+        twice = (1 + 2.0**-24 * self.by.within(exact)) * (1 + 2.0**-24 * self.by.within(exact))
+        return self.by.choose(Number(self.by, exact), self.by.off(exact * twice, self.by.model.operation))
+
     def depth_at(self, place):
-        return place.row(3)
+        if self.given.divides is None:
+            return place.row(3)
+        q = place.row(2)
+        return self.by.where(q > 0, place.row(3) / q, np.inf)
 
     def depth_along(self, direction):
         return self.by.total(self.rows[12:15], [direction.x, direction.y, direction.z])
@@ -409,7 +419,7 @@ def folded(view, numbers, here, texel):
     return made
 
 
-def occlusion(seed, renderers, model, given, estimator, shape, answer=None):
+def occlusion(seed, renderers, model, given, estimator, shape):
     """Occlusion of so many renderers of a model, (R, H, W); given: ``BallView``."""
     by, texel = Renderers(np.random.default_rng(seed), renderers, model), np.flatnonzero(given.depth < np.inf)
     texel = texel[None, :, None]
@@ -417,7 +427,7 @@ def occlusion(seed, renderers, model, given, estimator, shape, answer=None):
     if not texel.size:
         return made.reshape(-1, *shape)
     with by.compute():
-        view, numbers = RandomView(by, given, shape, answer is not False), lifted(by, estimator)
+        view, numbers = RandomView(by, given, shape), lifted(by, estimator)
         here = numbers.start(view, texel)
         parts = (folded if hasattr(estimator, "steps") else summed)(view, numbers, here, texel)
         terms = np.concatenate(np.broadcast_arrays(*parts, np.zeros((renderers, texel.size, 1)))[:-1], axis=2)
@@ -425,9 +435,4 @@ def occlusion(seed, renderers, model, given, estimator, shape, answer=None):
         terms = np.take_along_axis(terms, order, axis=2)
         total = reduce(add, (Number(by, terms[..., s, None]) for s in range(terms.shape[2])))
         made[:, texel[0, :, 0]] = by.values(numbers.end(total))[..., 0]
-    made, asked = made.reshape(-1, *shape), np.zeros((renderers, given.depth.size), bool)
-    if answer is not None or view.asked.all():
-        return made
-    # Those that would answer no do the same again, at random as before, but for the answer.
-    asked[:, texel[0, :, 0]] = np.broadcast_to(view.asked, (renderers, texel.size, 1))[..., 0]
-    return np.where(asked.reshape(made.shape), made, occlusion(seed, renderers, model, given, estimator, shape, False))
+    return made.reshape(-1, *shape)

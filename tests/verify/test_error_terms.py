@@ -168,8 +168,6 @@ PASSES = {
     "next byte of a key": (lambda m: room(lambda x: [end > TIE for end in code(m, 0.2, TIE + x)[1][::-1]]),
                            dict(operation=1 / 16, quotient=1 / 64)),
     "bilateral": (blurred, dict(operation=35.556, quotient=1.333)),
-    "remap": (lambda m: sum(sign * points._remapped(np.float32([0.75]), m, sign)[0] for sign in (-1, 1)),
-              dict(operation=1)),
     "two radii": (lambda m: width(points._hidden_volume(
         Given(options=TWO_RADII, model=m), 1.0, at=lambda *_: exactly(FLAT))), dict(operation=4)),
     "depth by the mesh": (lambda m: by_mesh(m, depth.depth_bounds), dict(operation=16 * 9 * 3 / 19)),

@@ -13,8 +13,10 @@ from oracle_scenes import critical_scene, drawn_problems, random_turns, unit
 from random_numbers import RandomView, Renderers, lifted, occlusion, outside, scaled
 
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
+from lfssao.ao.formulas import words_of
 from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.error_model import find_model
+from lfssao.verify.bounds.kernels.seen import CAST, IMAGE
 from lfssao.verify.bounds.points import point_bounds
 from lfssao.verify.bounds.problem import Problem, held, view_of_formulas
 
@@ -33,6 +35,8 @@ VARIANTS = {
         "randomize": [False, True],
     },
 }  # fmt: skip
+_HIDDEN = {"range_check": [False, True], "surface": ["depth", "positions"], "background": ["open", "occludes"]}
+VARIANTS |= {"point": {**_HIDDEN, "remap": [False, True]}, "hemisphere": _HIDDEN}
 VARIANTS |= {f"vo-{of}": {"thickness": [0.0, 0.1], "half_width": [0.0, 1.0, 3.0], "prefilter": [False, True]}
              for of in ("area", "area-normal")}  # fmt: skip
 VARIANTS |= {f"vo-{of}": {"thickness": [0.0, 0.1], "randomize": [False, True]}
@@ -52,16 +56,14 @@ def points_of(name, samples):
 def offsets_of(name, options, radius, seen, samples, number):
     """World offsets of the samples numbered, one a texel, (H, W, 3), by the formulas without rounding."""
     exact = Renderers(np.random.default_rng(0), 1, scaled(find_model("shader"), 0.0))
-    formulas, texel, made = formulas_of(name, options, radius, seen, samples), np.arange(number.size)[None, :, None], []
+    formulas, texel = formulas_of(name, options, radius, seen, samples), np.arange(number.size)[None, :, None]
     given, numbers = view_of(seen, options, "shader", formulas), lifted(exact, formulas)
     s = number.reshape(1, -1, 1) % numbers.points.shape[0]
     with exact.compute():
-        for answer in (False, True):
-            view = RandomView(exact, given, number.shape, answer)
-            place = numbers.place(view, numbers.start(view, texel), s)
-            sums = [sum(getattr(o, k) for o in place.offsets).x for k in "xyz"]
-            made.append(np.stack(sums, axis=-1).reshape(*number.shape, 3))
-    return np.where(np.broadcast_to(view.asked, (1, number.size, 1)).reshape(*number.shape, 1), made[1], made[0])
+        view = RandomView(exact, given, number.shape)
+        place = numbers.place(view, numbers.start(view, texel), s)
+        sums = [sum(getattr(o, k) for o in place.offsets).x for k in "xyz"]
+    return np.stack(sums, axis=-1).reshape(*number.shape, 3)
 
 
 def formulas_of(name, options, radius, seen, samples):
@@ -72,7 +74,8 @@ def formulas_of(name, options, radius, seen, samples):
 
 def view_of(seen, options, model, formulas):
     given = Problem(seen, np.zeros((0, 3)), None, options, find_model(model))
-    return view_of_formulas(given, given.surface(1.0), formulas)
+    kind = IMAGE if "image_z" in words_of(formulas) else CAST
+    return view_of_formulas(given, given.surface(1.0, kind=kind), formulas)
 
 
 def drawn_scene(rng, name, options, view, radius, n, turning):

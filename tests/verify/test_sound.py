@@ -138,7 +138,7 @@ def test_no_renderer_that_compares_distances_leaves_the_bounds(planes, seed, nam
 def rooms(numbers, depths, by, room):
     """Twice ``linear_room`` of depths, (n,)."""
     for k in range(len(depths)):
-        room[k] = 2.0 * linear_room(numbers, certain(depths[k], by), by)
+        room[k] = 2.0 * linear_room(numbers, 8, 12, certain(depths[k], by), by)
 
 
 @pytest.mark.parametrize("name", ["shader", "nearest"])

@@ -6,7 +6,7 @@ import numpy as np
 
 from lfssao.ao.kernels.moments import filtered_moments
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, formula, plain, where_none
+from lfssao.core.numbers import as_float, formula, plain, select, where_none
 from lfssao.core.places import affine_rows, linear_rows
 from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.projection import image_of, texel_number
@@ -44,10 +44,10 @@ def shown(view, seen):
 class FloatView(NamedTuple):
     """A view's textures row by row, all of one dtype, with the words of ``lfssao.ao.formulas.Seen``.
 
-    depth: (H W,), image z, and surfaces, cast z, +infinity where there is no surface. positions, normals, directions:
-    (3 H W,). turns: (2, H W). kind: that of the mapping. rows: (16,), four affine rows of world space, u, v, divisor
-    (of MATRIX alone), cast z. lens: z_m, z_o, u_0, v_0 for CROSSED_SLITS, the module's 32 numbers for DISPLAY. axes:
-    (6,), right and up. width: texels of a row.
+    depth: (H W,), the depth texture, and surfaces, cast z, or image z for formulas that ask for it, +infinity where
+    there is no surface. positions, normals, directions: (3 H W,). turns: (2, H W). kind: that of the mapping. rows:
+    (16,), four affine rows of world space, u, v, divisor (of MATRIX alone), and z. lens: z_m, z_o, u_0, v_0 for
+    CROSSED_SLITS, the module's 32 numbers for DISPLAY. axes: (6,), right and up. width: texels of a row.
     """
 
     depth: np.ndarray
@@ -62,6 +62,7 @@ class FloatView(NamedTuple):
     axes: np.ndarray
     width: int
     moments_of: Any = None  # a pyramid, where textures are filtered (``ao.moments``)
+    divides: Any = None  # not None where z is a camera's image z, by the divisor
 
     def position(self, texel):
         return float_vector(self.positions, texel)
@@ -83,6 +84,12 @@ class FloatView(NamedTuple):
 
     def surface(self, texel):
         return as_float(self.surfaces[texel])
+
+    def image_z(self, texel):
+        return self.surface(texel)
+
+    def sample_offset(self, x):
+        return as_float(x)
 
     def shows(self, texel):
         return self.depth[texel] < np.inf
@@ -113,7 +120,7 @@ class FloatView(NamedTuple):
         return linear_rows(self.rows, direction)
 
     def depth_at(self, place):
-        return place.z
+        return where_none(self.divides, place.z, select(place.q > 0, place.z / place.q, np.inf))
 
     def depth_along(self, direction):
         return linear_rows(self.rows, direction).z
@@ -124,5 +131,5 @@ def with_kind(view, kind):
     """A view whose mapping is of a kind that compilers know."""
     return FloatView(
         view.depth, view.surfaces, view.positions, view.normals, view.directions, view.turns, kind, view.rows,
-        view.lens, view.axes, view.width, view.moments_of,
+        view.lens, view.axes, view.width, view.moments_of, view.divides,
     )  # fmt: skip

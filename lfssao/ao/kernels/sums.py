@@ -52,13 +52,13 @@ def start_texels(view, estimator, first, n, slots):
 
 @kernel(inline=True)
 def _place_sample(kind, view, estimator, s, n, like, places, slots):
-    """Image points u, v, u NaN where there is none, and cast z of sample s of n texels."""
+    """Image points u, v, u NaN where there is none, and z of sample s of n texels."""
     us, vs, zs = places
     nothing = view.rows.dtype.type(np.nan)
     for i in range(n):
         place = estimator.place(view, get(slots, i, like), s)
         u, v, valid = image_of(kind, view.lens, place.u, place.v, place.q, place.z)
-        us[i], vs[i], zs[i] = plain(u) if valid else nothing, plain(v), plain(place.z)
+        us[i], vs[i], zs[i] = plain(u) if valid else nothing, plain(v), plain(view.depth_at(place))
 
 
 @kernel(inline=True)

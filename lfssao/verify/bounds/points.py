@@ -1,12 +1,9 @@
-"""Bounds of the estimators that count decisions about points, as Algorithms 1 and 2, or sum terms.
+"""Bounds of the estimators but ``lf``, by the sums of terms that their formulas make.
 
-``point`` and ``hemisphere``: a point is occluded, clear or undecided (``kernels.point_bounds``). Occlusion grows with
-each decision, and the remap 2 max(0, occlusion - 1/2) with the occlusion: bounds go through.
-
-VO by points and by lines and ``oriented-hemisphere`` sum terms, which jump where a look-up falls into another texel, by
-as much as the surface there differs. Each term lies between those that any texel gives where the look-up may fall
-(``kernels.sums``); so do the terms of ``alchemy`` and ``sao`` and the rises of horizons of ``hbao``. Both ways of VO to
-make one occlusion of two radii grow with each of the two.
+``point`` and ``hemisphere`` sum decisions about points. VO by points and by lines and ``oriented-hemisphere`` sum
+terms, which jump where a look-up falls into another texel, by as much as the surface there differs. Each term lies
+between those that any texel gives where the look-up may fall (``kernels.sums``); so do the terms of ``alchemy`` and
+``sao`` and the rises of horizons of ``hbao``. Both ways of VO to make one occlusion of two radii grow with each.
 
 Terms of ``vo-area`` on displays are made of filtered textures (``kernels.moment_balls``), and do not jump.
 ``multiresolution`` sums terms of texels that no arithmetic chooses.
@@ -21,19 +18,19 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.horizon import ZENITH
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
+from lfssao.ao.formulas import words_of
 from lfssao.ao.textures import Buffers
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.verify.bounds.bounds import Bounds, Texture, down_to_single, up_to_single
+from lfssao.verify.bounds.bounds import Bounds, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels.folds import bound_folds
 from lfssao.verify.bounds.kernels.sao_bounds import LIMITLESS
-from lfssao.verify.bounds.kernels.seen import IMAGE, POSITIONS
+from lfssao.verify.bounds.kernels.seen import CAST, IMAGE
 from lfssao.verify.bounds.kernels.sums import bound_sums, end_sums
 from lfssao.verify.bounds.multiresolution import multiresolution
 from lfssao.verify.bounds.post import merge_bounds, union_ends
 from lfssao.verify.bounds.problem import Options, Problem, Weights, held, view_of_formulas
-from lfssao.verify.bounds.sao import sao, summing_error
-from lfssao.verify.bounds.ssao import counted, fraction_bounds, sample_points
+from lfssao.verify.bounds.sao import sao
 
 
 def point_bounds(
@@ -63,25 +60,6 @@ def has_bounds(name: str) -> bool:
     return name in BOUNDED or (name in ESTIMATORS and find_estimator(name).formulas is not None)
 
 
-def _hidden_points(given: Problem, radius: float, *, half: bool) -> Bounds:
-    """Bounds of ``point``, or with ``half`` of ``hemisphere``."""
-    options, model = given.options, given.model
-    points = sample_points(given.points, radius, half, float(radius) if options["range_check"] else np.inf)
-    hides = options["background"] == "occludes" and not options["range_check"]
-    kind, background = POSITIONS if options["surface"] == "positions" else IMAGE, -np.inf if hides else np.inf
-    lower, upper = fraction_bounds(len(given.points), model)
-    if options.get("remap"):
-        lower, upper = _remapped(lower, model, -1), _remapped(upper, model, 1)
-    return counted(given.surface(radius, False, kind, background), points, (lower, upper), model)
-
-
-def _remapped(fractions: Texture, model: ErrorModel, sign: int) -> Texture:
-    """Lower (sign -1) or upper (1) ends of 2 max(0, fraction - 1/2), the difference rounded."""
-    above = fractions.astype(np.float64) - 0.5
-    moved = 2 * np.maximum(above + sign * model.operation * np.abs(above), 0)
-    return down_to_single(moved) if sign > 0 else up_to_single(moved)
-
-
 def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds]) -> Bounds:
     """Bounds of VO, of one radius as ``at`` bounds it, or of two."""
     first, second = at(given, radius), float(given.options["second"])
@@ -105,28 +83,28 @@ def _hidden_areas(given: Problem, radius: float, *, name: str) -> Bounds | None:
 
 def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0, jumps: bool = True) -> Bounds:
     """Bounds of an estimator that is written as formulas; largest, jumps: as of ``bound_sums`` and ``bound_folds``."""
-    estimator, model = find_estimator(name), given.model
-    options, seen = estimator.options(**given.options), given.surface(radius)
+    estimator = find_estimator(name)
+    options = estimator.options(**given.options)
     assert estimator.formulas is not None
     made = held(estimator.formulas(given.seen, radius, given.points, given.weights, options))
-    view, sums = view_of_formulas(given, seen, made), np.zeros((3, *seen.depth.shape))
-    steps = getattr(made, "steps", None)  # of estimators that take them
-    if steps:
+    seen = given.surface(radius, kind=IMAGE if "image_z" in words_of(made) else CAST)
+    view, sums = view_of_formulas(given, seen, made), np.zeros((4, *seen.depth.shape))
+    if hasattr(made, "steps"):  # of estimators that take them
         bound_folds(seen, view, made, largest, sums)
     else:
-        bound_sums(seen, view, made, largest, jumps, sums)
-    ends = sums[:2].reshape(2, -1)
-    end_sums(view, made, summing_error(len(made.points) * (steps or 1), model), ends)
-    lower, upper = ends.reshape(2, *seen.depth.shape)
+        forks = True if "fork" in type(made).place.__code__.co_names else None
+        bound_sums(seen, view, made, largest, jumps, forks, sums)
+    end_sums(view, made, sums.reshape(4, -1))
+    lower, upper, doubt, _ = sums
     there = seen.depth < np.inf
     lower, upper = np.where(there, lower, 0), np.where(there, upper, 0)
-    return Bounds(up_to_single(lower), down_to_single(upper), sums[2].astype(np.int32))
+    return Bounds(up_to_single(lower), down_to_single(upper), doubt.astype(np.int32))
 
 
 # Estimators whose intervals are not those of their formulas alone, or are narrower by what is known of a term.
 BOUNDED: dict[str, Callable[[Problem, float], Bounds | None]] = {
-    "point": partial(_hidden_points, half=False),
-    "hemisphere": partial(_hidden_points, half=True),
+    "point": partial(_formulas, name="point"),
+    "hemisphere": partial(_formulas, name="hemisphere"),
     "vo-points": partial(_hidden_volume, at=partial(_formulas, name="vo-points")),
     "vo-points-normal": partial(_hidden_volume, at=partial(_formulas, name="vo-points-normal")),
     "vo-lines": partial(_hidden_volume, at=partial(_formulas, name="vo-lines", jumps=False)),

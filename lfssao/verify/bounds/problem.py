@@ -1,6 +1,6 @@
 """The arguments that bounds of an estimator are made of: textures and mapping, samples, options and the error model."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +31,7 @@ class Problem(NamedTuple):
     options: Options
     model: ErrorModel
 
-    def surface(self, radius: float, directions: bool = True, kind: int = CAST, background: float = np.inf) -> Seen:
+    def surface(self, radius: float, directions: bool = True, kind: int = CAST) -> Seen:
         """The view as kernels take it, with depths of that kind (``with_depths``)."""
         seen, view = self.seen, self.seen.view
         depth, room = image_depth(view, seen.depth, self.model)
@@ -42,7 +42,7 @@ class Problem(NamedTuple):
             axis=single(view.cast_from_world[2]),
             right=single(view.world_from_cast[:, 0]),
         )
-        return with_depths(made, self.model, kind, background)
+        return with_depths(made, self.model, kind)
 
     def sums(self, kernel: Callable[..., None], *given: Any) -> tuple[Ends, NDArray[np.int32]]:
         """Least and largest sum of each texel's terms, by a kernel, and the number of terms in doubt."""
@@ -51,11 +51,11 @@ class Problem(NamedTuple):
         return (sums[0], sums[1]), sums[2].astype(np.int32)
 
 
-def ball_view(buffers: Buffers, seen: Seen, model: ErrorModel) -> BallView:
-    """Return a view's textures and mapping as formulas of balls read them."""
-    floats = held(float_view(buffers, ()))
+def ball_view(buffers: Buffers, seen: Seen, model: ErrorModel, words: Container[str] = ()) -> BallView:
+    """Return a view's textures and mapping as formulas of balls that name these words read them."""
+    floats = held(float_view(buffers, words))
     return BallView(
-        **{name: getattr(floats, name) for name in ("kind", "rows", "lens", "axes", "width")},
+        **{name: getattr(floats, name) for name in ("kind", "rows", "lens", "axes", "width", "divides")},
         depth=seen.depth.ravel(),
         positions=seen.positions.ravel(),
         normals=seen.normals.ravel(),
@@ -70,8 +70,9 @@ def ball_view(buffers: Buffers, seen: Seen, model: ErrorModel) -> BallView:
 
 def view_of_formulas(given: Problem, seen: Seen, formulas: Any) -> BallView:
     """Return a view as the formulas of an estimator read it, filtered where they ask for moments."""
-    view = ball_view(given.seen, seen, given.model)
-    if "moments" not in words_of(formulas):
+    words = words_of(formulas)
+    view = ball_view(given.seen, seen, given.model, words)
+    if "moments" not in words:
         return view
     return view._replace(moments_of=moment_balls(seen, bool(given.options["prefilter"]), given.model))
 

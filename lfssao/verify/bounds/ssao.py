@@ -118,16 +118,14 @@ def image_depth(view: View, depth: Texture, model: ErrorModel) -> tuple[Texture,
     return image, 0.0 if image is depth or model.exact else distance_error(model) + model.quotient + 2.0**-24
 
 
-def with_depths(seen: Seen, model: ErrorModel, kind: int = IMAGE, background: float = np.inf) -> Seen:
+def with_depths(seen: Seen, model: ErrorModel, kind: int = IMAGE) -> Seen:
     """The same with the depths of surfaces, as ``write_depths`` makes them."""
     low, high = np.empty(seen.depth.shape), np.empty(seen.depth.shape)
-    write_depths(seen, kind, background, model.errors, low, high)
+    write_depths(seen, kind, model.errors, low, high)
     return seen._replace(low=low, high=high)
 
 
-def sample_points(
-    samples: NDArray[np.floating[Any]], radius: float, half: bool = False, reach: float = np.inf
-) -> Points:
+def sample_points(samples: NDArray[np.floating[Any]], radius: float) -> Points:
     """Samples R s as kernels take them, and whether every float32 arithmetic makes exactly each of them."""
     offsets = np.asarray(scaled_offsets(samples, radius, np.dtype(np.float64)), np.float64)
     table = np.asarray(samples, np.float64)
@@ -135,7 +133,7 @@ def sample_points(
         exact = (single(radius) == radius) & (single(table) == table) & (single(offsets) == offsets)
     for factor in (np.float64(radius), table):
         exact &= (factor == 0) | (np.abs(factor) >= 2.0**-126)  # else it may be flushed
-    return Points(offsets, exact.all(axis=1), half, reach)
+    return Points(offsets, exact.all(axis=1))
 
 
 def project_positions(

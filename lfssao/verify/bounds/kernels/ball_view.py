@@ -5,12 +5,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.kernels.float_view import row_of_texel
-from lfssao.core.balls import Ball
-from lfssao.core.numbers import formula
+from lfssao.core.balls import SAFETY, UNKNOWN, Ball
+from lfssao.core.numbers import formula, where_none
 from lfssao.core.places import offset_spot, point_spot, row_of_spot
 from lfssao.core.vectors import Vector, dot
 from lfssao.optics.kernels.projection import image_of
-from lfssao.verify.bounds.kernels.images import certain
+from lfssao.verify.bounds.kernels.images import certain, linear_room
 from lfssao.verify.bounds.kernels.moment_balls import filtered_balls
 
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
@@ -31,13 +31,28 @@ def image_at(view, place, z):
     return image_of(view.kind, view.lens, a, b, q, z)
 
 
+@formula
+def _divided(view, z, place):
+    """A camera's image z of a place of row z, in doubt where the divisor may be 0 or less: nothing is seen there."""
+    q = row_of_spot(view.rows, 2, place)
+    if not q.value > q.error * SAFETY:
+        return view.ball(0.0, UNKNOWN)
+    return z / q
+
+
+@formula
+def _with_room(view, z):
+    """A camera's image z, and by how much it may seem off where a renderer compares distances (``linear_room``)."""
+    return view.ball(z.value, min(UNKNOWN, z.error * SAFETY + linear_room(view.rows, 12, 8, z, view.by)))
+
+
 class BallView(NamedTuple):
     """A view's textures row by row, with the words of ``lfssao.ao.formulas.Seen``.
 
     Textures are float32, numbers of the mapping and of the axes are float32 ones, held as float64: those of
-    ``lfssao.ao.kernels.float_view.FloatView``, and low and high, (H W,) float64, the least and the largest cast z of
-    each surface. by: ``images.Errors``. turned: whether turns are not all 0. way: the answer to conditions in doubt, 0
-    or 1; asked, (1,): 1 after one was in doubt.
+    ``lfssao.ao.kernels.float_view.FloatView``, and low and high, (H W,) float64, the least and the largest z of each
+    surface. by: ``images.Errors``. turned: whether turns are not all 0. asked: (2,), 1 after a
+    condition was in doubt, and the answer to those, 0 or 1.
     """
 
     depth: np.ndarray
@@ -55,8 +70,8 @@ class BallView(NamedTuple):
     by: NamedTuple
     turned: bool
     moments_of: Any = None  # ``moment_balls.BallPyramid``, where textures are filtered
-    way: int = 0
-    asked: np.ndarray = np.zeros(1)
+    divides: Any = None
+    asked: np.ndarray = np.zeros(2)
 
     def ball(self, value, error):
         return Ball(np.float64(value), np.float64(error), certain(0.0, self.by))
@@ -81,11 +96,18 @@ class BallView(NamedTuple):
         if condition.may == condition.must:
             return condition.must
         self.asked[0] = 1.0
-        return self.way == 1
+        return self.asked[1] == 1.0
 
     def surface(self, texel):
         low, high = self.low[texel], self.high[texel]
         return self.ball(0.5 * (low + high), 0.5 * (high - low))
+
+    def image_z(self, texel):
+        z = self.surface(texel)
+        return where_none(self.divides, z, _with_room(self, z))
+
+    def sample_offset(self, x):
+        return self.ball(x, self.by.offset * abs(x))
 
     def shows(self, texel):
         return self.depth[texel] < np.inf
@@ -115,7 +137,8 @@ class BallView(NamedTuple):
         return offset_spot(direction)
 
     def depth_at(self, place):
-        return row_of_spot(self.rows, 3, place)
+        z = row_of_spot(self.rows, 3, place)
+        return where_none(self.divides, z, _with_room(self, _divided(self, z, place)))
 
     def depth_along(self, direction):
         m = self.rows
@@ -123,9 +146,9 @@ class BallView(NamedTuple):
 
 
 @formula
-def answering(view, way, asked):
-    """A view that answers conditions in doubt in one way."""
+def answering(view, asked):
+    """A view whose conditions in doubt are answered by an array of one's own."""
     return BallView(
         view.depth, view.positions, view.normals, view.directions, view.turns, view.kind, view.rows, view.lens,
-        view.axes, view.width, view.low, view.high, view.by, view.turned, view.moments_of, way, asked,
+        view.axes, view.width, view.low, view.high, view.by, view.turned, view.moments_of, view.divides, asked,
     )  # fmt: skip

@@ -25,12 +25,12 @@ def _ends(x):
 
 @kernel(inline=True)
 def _march(view, seen, estimator, here, texel, s, most_added):
-    """The least and the largest sum of the steps of direction s, and those that may be read in several texels."""
+    """The least and the largest sum of direction s, its steps that may be read in several texels, and those not 0."""
     place = estimator.place(view, here, s)
     u, v, valid = image_at(view, place, view.depth_at(place))
     column, row = texel % view.width + 0.5, texel // view.width + 0.5
     across, down, state = u - column, v - row, estimator.begin(view, here, s)
-    (low, high), least, most, doubt = _ends(state), 0.0, 0.0, 0
+    (low, high), least, most, doubt, added_to = _ends(state), 0.0, 0.0, 0, 0
     for k in range(1, estimator.steps + 1):
         part = view.ball(k / estimator.steps, view.by.quotient)
         u, v = part * across + column, part * down + row
@@ -52,37 +52,39 @@ def _march(view, seen, estimator, here, texel, s, most_added):
             rises = min(rises[0], max(added[0], 0.0)), max(rises[1], added[1])
             ends = min(ends[0], after[0]), max(ends[1], after[1])
         least, most, doubt, (low, high) = least + rises[0], most + rises[1], doubt + int(not box.sure), ends
-    return least, most, doubt
+        added_to += int(rises[1] > 0.0)
+    return least, most, doubt, added_to
 
 
 @kernel
 def _bound_texel(view, seen, estimator, most_added, texel):
-    """The least and the largest sum of a texel's steps, and its steps in doubt."""
-    low, high, doubt = 0.0, 0.0, 0.0
+    """The least and the largest sum of a texel's steps, its steps in doubt, and those that may not add 0."""
+    low, high, doubt, added = 0.0, 0.0, 0.0, 0.0
     here = estimator.start(view, texel)
     counts = doubt_of(estimator.counts(view, here))
     for s in range(estimator.points.shape[0] if counts.may else 0):
-        least, most, more = _march(view, seen, estimator, here, texel, s, most_added)
-        low, high, doubt = low + (least if counts.must else 0.0), high + most, doubt + more
-    return low, high, doubt
+        least, most, more, others = _march(view, seen, estimator, here, texel, s, most_added)
+        low, high, doubt, added = low + (least if counts.must else 0.0), high + most, doubt + more, added + others
+    return low, high, doubt, added
 
 
 @kernel(rows="seen.depth")
 def bound_folds(begin, stop, seen, view, estimator, most_added, sums):
-    """Write the least and the largest sum of every texel's steps, and its steps in doubt, (3, H, W) float64.
+    """Write the least and the largest sum of every texel's steps, its steps in doubt, and those not 0, (4, H, W).
 
     view: ``BallView``. most_added: no step adds more, as far as is known.
     """
-    asked = np.zeros(1)
-    one, other = answering(view, 0, asked), answering(view, 1, asked)
+    asked = np.zeros(2)
+    own = answering(view, asked)
     for j in range(begin, stop):
         for i in range(view.width):
             texel = j * view.width + i
             if not view.shows(texel):
                 continue
-            asked[0] = 0.0
-            low, high, doubt = _bound_texel(one, seen, estimator, most_added, texel)
+            asked[:] = 0.0
+            low, high, doubt, added = _bound_texel(own, seen, estimator, most_added, texel)
             if asked[0] > 0.0:
-                least, most, more = _bound_texel(other, seen, estimator, most_added, texel)
-                low, high, doubt = min(low, least), max(high, most), max(doubt, more)
-            sums[0, j, i], sums[1, j, i], sums[2, j, i] = low, high, doubt
+                asked[1] = 1.0
+                least, most, more, others = _bound_texel(own, seen, estimator, most_added, texel)
+                low, high, doubt, added = min(low, least), max(high, most), max(doubt, more), max(added, others)
+            sums[0, j, i], sums[1, j, i], sums[2, j, i], sums[3, j, i] = low, high, doubt, added

@@ -69,20 +69,20 @@ def widen(image, by):
 
 
 @kernel(inline=True)
-def linear_room(m, depth, by):
+def linear_room(m, z, q, depth, by):
     """By how much a window depth d may seem off where a perspective camera's renderer makes a distance of it first.
 
     d = a - b / z, so a renderer may divide by D = s (a - d) in float32 and compare z of sample and surface. As z grows
     with d, errors of D / s count as those of d: r abs(2 d - 1) for 2 d - 1 and its product (r abs(d) without it),
     r a / 2 for the first sum of far + near - (2 d - 1) (far - near) in any order, and (r + 2 q) (a - d) for the last
     sum, the quotient, and another by far. Constants are the same for both depths, and keep their order. a follows from
-    rows 2 and 3 of the mapping, ``m``. Infinite where D may be 0; 0 of an orthographic camera, and of image z that is
-    made of distances.
+    the rows of ``m`` that begin at z and q, those of d and its divisor. Infinite where D may be 0; 0 of an orthographic
+    camera, and of image z that is made of distances.
     """
-    size = (m[12] * m[12] + m[13] * m[13]) + m[14] * m[14]
-    if size == 0.0 or (m[8] == 0.0 and m[9] == 0.0 and m[10] == 0.0):
+    size = (m[q] * m[q] + m[q + 1] * m[q + 1]) + m[q + 2] * m[q + 2]
+    if size == 0.0 or (m[z] == 0.0 and m[z + 1] == 0.0 and m[z + 2] == 0.0):
         return 0.0
-    a = ((m[8] * m[12] + m[9] * m[13]) + m[10] * m[14]) / size
+    a = ((m[z] * m[q] + m[z + 1] * m[q + 1]) + m[z + 2] * m[q + 2]) / size
     d, e, r = depth.value, depth.error, by.operation
     room = r * (max(abs(d), abs(2.0 * d - 1.0)) + 2.0 * e + 0.5 * abs(a)) + (r + 2.0 * by.quotient) * (abs(a - d) + e)
     room *= 1.0 + 2.0**-16  # a of rounded numbers, and rooms that grow with the distance

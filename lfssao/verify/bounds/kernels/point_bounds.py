@@ -1,11 +1,8 @@
-"""LF's Algorithms 1 and 2, ``point`` and ``hemisphere`` by balls: which samples are hidden for sure, and which may be.
+"""LF's Algorithms 1 and 2 by balls: which samples are hidden for sure, and which may be.
 
 A sample's depth is a range, and so may be that of a surface. If all texels that it may be looked up in give the same
 decision for all depths, it is hidden or clear; else it is undecided. A camera's renderer may compare window depths, or
-distances made of them (``linear_room``). Further decisions of ``point`` and ``hemisphere``:
-
-- The range check, distance^2 <= R^2, or distance <= R: both are admitted.
-- The half ball's turn, offset . normal < 0. If rounding may change the sign, both sides are taken.
+distances made of them (``linear_room``).
 """
 
 import math
@@ -16,13 +13,12 @@ import numpy as np
 from lfssao.core.balls import Ball
 from lfssao.core.jit import kernel
 from lfssao.core.places import offset_spot, point_spot
-from lfssao.core.vectors import Vector, dot
+from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.verify.bounds.kernels.images import Projected, certain, certain_vector, linear_room
+from lfssao.verify.bounds.kernels.images import Projected, certain, linear_room
 from lfssao.verify.bounds.kernels.seen import box_of, look, texel_of, texel_point, turn_of
 
 CLEAR, OCCLUDED, UNDECIDED = 0, 1, 2
-SINGLE = 2.0**-24  # relative error of a number rounded to the nearest float32
 
 
 class Points(NamedTuple):
@@ -30,8 +26,6 @@ class Points(NamedTuple):
 
     offsets: Any  # (n, 3) float64: exact offsets, world units
     is_exact: Any  # (n,) bool: whether every renderer has this very offset
-    half: bool  # whether samples below the surface are taken to the other side
-    reach: float  # R of the range check, infinite without one
 
 
 @kernel(inline=True)
@@ -46,37 +40,14 @@ def sample_offset(seen, points, s, j, i, by):
 
 
 @kernel(inline=True)
-def is_below(offset, normal):
-    """Whether an offset may and does for sure point below the surface of a normal."""
-    o, (a, b, c) = offset.offset, offset.sizes
-    r = (offset.sums + offset.products) * o.x.operation
-    made = Vector(Ball(o.x.value, o.x.error + r * a, o.x), Ball(o.y.value, o.y.error + r * b, o.x),
-                  Ball(o.z.value, o.z.error + r * c, o.x))  # fmt: skip
-    return dot(normal, made) < 0
-
-
-@kernel(inline=True)
-def in_range(here, there, radius, by):
-    """Whether a place, a vector, may be and is for sure within R of another, by distances or by their squares."""
-    away, reach = there - here, certain(radius, by)
-    square, reach = dot(away, away), Ball(radius, radius * SINGLE, reach)
-    rounded = square.error + 2.0 * by.root * (square.value + square.error)
-    return reach * reach > Ball(square.value, rounded, square)
-
-
-@kernel(inline=True)
-def is_hidden(seen, image, here, reach, by):
-    """Whether a sample at an image point may be and is for sure behind a surface, and in range of its texel's point."""
+def is_hidden(seen, image):
+    """Whether a sample at an image point may be and is for sure behind a surface."""
     box = box_of(seen, image)
     may, must = box.most > 0.0, box.least > 0.0
     z_low, z_high = image.z.value - image.z.error, image.z.value + image.z.error
     for k in range(box.texels):
         j, i = texel_of(box, k)
-        behind, surely = seen.low[j, i] < z_high, seen.high[j, i] < z_low
-        if behind and reach < np.inf:
-            near = in_range(here, certain_vector(seen.positions[j, i], by), reach, by)
-            behind, surely = near.may, surely & near.must
-        may, must = may | behind, must & surely
+        may, must = may | (seen.low[j, i] < z_high), must & (seen.high[j, i] < z_low)
     return may, must
 
 
@@ -109,25 +80,17 @@ def depth_is_exact(m, point, offset):
 @kernel(inline=True)
 def trace_sample(seen, points, here, s, j, i, by):
     """Image point, errors included, of sample s of a texel at a point, and whether it may and must be hidden."""
-    offset, m, nothing = sample_offset(seen, points, s, j, i, by), seen.numbers, certain(0.0, by)
-    point, below, surely = point_spot(here), False, False
-    if points.half:
-        side = is_below(offset, certain_vector(seen.normals[j, i], by))
-        below, surely = side.may, side.must
-    image, may, must = Projected(nothing, nothing, nothing, False, False), False, True
-    for side in (1.0, -1.0):
-        if below if side < 0.0 else not surely:
-            image, _, _ = look(seen, point + offset if side > 0.0 else point - offset, by)
-            if seen.kind == MATRIX:  # the sample's room and the surface's, which differ where they decide by little
-                z = Ball(image.z.value, image.z.error + 2.0 * linear_room(m, image.z, by), nothing)
-                image = Projected(image.u, image.v, z, image.may, image.must)
-            hidden = is_hidden(seen, image, here, points.reach, by)
-            may, must = may | hidden[0], must & hidden[1]
-    if may and not must and seen.kind != MATRIX and seen.back.shape[0] == 0 and points.is_exact[s] and not below:
+    m = seen.numbers
+    image, _, _ = look(seen, point_spot(here) + sample_offset(seen, points, s, j, i, by), by)
+    if seen.kind == MATRIX:  # the sample's room and the surface's, which differ where they decide by little
+        z = Ball(image.z.value, image.z.error + 2.0 * linear_room(m, 8, 12, image.z, by), image.z)
+        image = Projected(image.u, image.v, z, image.may, image.must)
+    may, must = is_hidden(seen, image)
+    if may and not must and seen.kind != MATRIX and seen.back.shape[0] == 0 and points.is_exact[s]:
         still = seen.turns.shape[1] == 0 or (m[8] == 0.0 and m[9] == 0.0)  # no turn changes z
         if still and depth_is_exact(m, seen.positions[j, i], points.offsets[s]):
             image = Projected(image.u, image.v, certain(image.z.value, by), image.may, image.must)
-            may, must = is_hidden(seen, image, here, points.reach, by)
+            may, must = is_hidden(seen, image)
     return image, may, must
 
 

@@ -18,7 +18,7 @@ from lfssao.verify.bounds.kernels.images import certain, certain_vector, linear_
 # A box of more texels than this is open without looking at them: it takes a mapping next to its singularity.
 _MOST_TEXELS = 4096
 
-IMAGE, POSITIONS, CAST = 0, 1, 2  # depths that places are compared with
+IMAGE, CAST = 0, 1  # depths that places are compared with
 NOTHING = np.empty((0, 0, 3), np.float32)
 
 
@@ -123,26 +123,23 @@ def look(seen, place, by):
 
 
 @kernel(rows="seen.depth")
-def write_depths(begin, stop, seen, kind, background, by, low, high):
+def write_depths(begin, stop, seen, kind, by, low, high):
     """Write the least and largest depth that a texel's surface may be compared with, (H, W) float64.
 
-    That is the depth texture (IMAGE), the image z of the texel's position (POSITIONS), or its cast z (CAST), which
-    differs from the depth of a camera alone. ``background`` stands where there is no surface.
+    That is the depth texture (IMAGE), or the cast z of the texel's position (CAST), which differs from the depth of a
+    camera alone; infinity where there is no surface.
     """
     for j in range(begin, stop):
         for i in range(seen.depth.shape[1]):
             depth, off = depth_of(seen, j, i)
             low[j, i], high[j, i] = depth - off, depth + off
             if not depth < np.inf:
-                low[j, i], high[j, i] = background, background
-            elif kind == POSITIONS or (kind == CAST and seen.kind == MATRIX):
-                place = point_spot(texel_point(seen, j, i, by))
-                image, z, _ = look(seen, place, by)
-                z = image.z if kind == POSITIONS else z
-                low[j, i] = z.value - z.error if kind == CAST or image.may else np.inf
-                high[j, i] = z.value + z.error if kind == CAST or image.must else np.inf
+                low[j, i], high[j, i] = np.inf, np.inf
+            elif kind == CAST and seen.kind == MATRIX:
+                _, z, _ = look(seen, point_spot(texel_point(seen, j, i, by)), by)
+                low[j, i], high[j, i] = z.value - z.error, z.value + z.error
             windows = kind != CAST and seen.kind == MATRIX and depth < np.inf and high[j, i] < np.inf
-            if windows and not linear_room(seen.numbers, certain(high[j, i], by), by) < np.inf:
+            if windows and not linear_room(seen.numbers, 8, 12, certain(high[j, i], by), by) < np.inf:
                 low[j, i], high[j, i] = -np.inf, np.inf  # its distance may be any number
             if abs(depth) < 2.0**-126:  # may be flushed to zero
                 low[j, i], high[j, i] = min(low[j, i], 0.0), max(high[j, i], 0.0)

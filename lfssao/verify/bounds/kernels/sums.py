@@ -32,62 +32,84 @@ def reading(view, box, image, k):
     return where_none(view.moments_of, row * view.width + column, point)
 
 
+@kernel(inline=True)
+def _bound_term(view, seen, estimator, here, s, largest, texel):
+    """The least and the largest term of a sample, and whether it is looked up in one texel for sure."""
+    place = estimator.place(view, here, s)
+    z = view.depth_at(place)
+    u, v, valid = image_at(view, place, z)
+    image = widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by)
+    box = box_of(seen, image)
+    least, most = largest * box.least, largest * box.most
+    for k in range(readings(view, box)):
+        other = reading(view, box, image, k)
+        term = number(estimator.background(), z)
+        if shown(view, other):
+            term = estimator.term(view, here, s, z, texel, other)
+        error = term.error * SAFETY
+        if error < UNKNOWN:
+            least, most = min(least, max(term.value - error, 0.0)), max(most, term.value + error)
+        else:
+            least, most = 0.0, largest
+    return least, most, box.sure
+
+
 @kernel
-def _bound_texel(view, seen, estimator, largest, jumps, texel):
-    """The least and the largest sum of a texel's terms, and its terms in doubt."""
-    low, high, doubt = 0.0, 0.0, 0.0
+def _bound_texel(view, seen, estimator, largest, jumps, forks, texel):
+    """The least and the largest sum of a texel's terms, its terms in doubt, and those that may not be 0."""
+    low, high, doubt, added, asked = 0.0, 0.0, 0.0, 0.0, view.asked
     here = estimator.start(view, texel)
-    counts = doubt_of(estimator.counts(view, here))
+    counts, forked = doubt_of(estimator.counts(view, here)), asked[0]
     for s in range(estimator.points.shape[0] if counts.may else 0):
-        place = estimator.place(view, here, s)
-        z = view.depth_at(place)
-        u, v, valid = image_at(view, place, z)
-        image = widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by)
-        box = box_of(seen, image)
-        least, most = largest * box.least, largest * box.most
-        for k in range(readings(view, box)):
-            other = reading(view, box, image, k)
-            term = number(estimator.background(), z)
-            if shown(view, other):
-                term = estimator.term(view, here, s, z, texel, other)
-            error = term.error * SAFETY
-            if error < UNKNOWN:
-                least, most = min(least, max(term.value - error, 0.0)), max(most, term.value + error)
-            else:
-                least, most = 0.0, largest
+        if forks is not None:
+            asked[:] = 0.0
+        least, most, one_texel = _bound_term(view, seen, estimator, here, s, largest, texel)
+        if forks is not None and asked[0] > 0.0:
+            asked[1] = 1.0
+            others = _bound_term(view, seen, estimator, here, s, largest, texel)
+            least, most, one_texel = min(least, others[0]), max(most, others[1]), one_texel and others[2]
         least = least if counts.must else 0.0
         low, high = low + least, high + most
-        sure = most - least <= _OPEN * most if jumps else box.sure and counts.must
+        sure = most - least <= _OPEN * most if jumps else one_texel and counts.must
         doubt += 0.0 if sure else 1.0
-    return low, high, doubt
+        added += 1.0 if most > 0.0 else 0.0
+    asked[0] = forked
+    return low, high, doubt, added
 
 
 @kernel(rows="seen.depth")
-def bound_sums(begin, stop, seen, view, estimator, largest, jumps, sums):
-    """Write the least and the largest sum of every texel's terms, and its terms in doubt, (3, H, W) float64.
+def bound_sums(begin, stop, seen, view, estimator, largest, jumps, forks, sums):
+    """Write the least and the largest sum of every texel's terms, its terms in doubt, and those not 0, (4, H, W).
 
     view: ``BallView``. largest: no term is larger, as far as is known. jumps: whether a term may jump where its texel
-    is sure, so that an interval's width says what is in doubt, and not the texel.
+    is sure, so that an interval's width says what is in doubt, and not the texel. forks: not None if places may be in
+    doubt themselves.
     """
-    width, asked = seen.depth.shape[1], np.zeros(1)
-    one, other = answering(view, 0, asked), answering(view, 1, asked)
+    width, asked = seen.depth.shape[1], np.zeros(2)
+    own = answering(view, asked)
     for j in range(begin, stop):
         for i in range(width):
             texel = j * width + i
             if not view.shows(texel):
                 continue
-            asked[0] = 0.0
-            low, high, doubt = _bound_texel(one, seen, estimator, largest, jumps, texel)
+            asked[:] = 0.0
+            low, high, doubt, added = _bound_texel(own, seen, estimator, largest, jumps, forks, texel)
             if asked[0] > 0.0:
-                least, most, more = _bound_texel(other, seen, estimator, largest, jumps, texel)
-                low, high, doubt = min(low, least), max(high, most), max(doubt, more)
-            sums[0, j, i], sums[1, j, i], sums[2, j, i] = low, high, doubt
+                asked[1] = 1.0
+                least, most, more, others = _bound_texel(own, seen, estimator, largest, jumps, forks, texel)
+                low, high, doubt, added = min(low, least), max(high, most), max(doubt, more), max(added, others)
+            sums[0, j, i], sums[1, j, i], sums[2, j, i], sums[3, j, i] = low, high, doubt, added
 
 
 @kernel(rows="sums.T")
-def end_sums(begin, stop, view, estimator, relative, sums):
-    """Make sums (2, N) the least and the largest occlusion of them; relative: error of a sum by its order."""
+def end_sums(begin, stop, view, estimator, sums):
+    """Make the first two of sums (4, N) the least and the largest occlusion of them, of terms added in any order.
+
+    A sum of k terms that are not 0, none negative, rounds each of them k - 1 times at most.
+    """
     for k in range(begin, stop):
+        relative = max(sums[3, k] - 1.0, 0.0) * view.by.operation
+        relative *= (1.0 + relative) * SAFETY
         least = estimator.end(view.ball(sums[0, k] * (1.0 - relative), 0.0))
         most = estimator.end(view.ball(sums[1, k] * (1.0 + relative), 0.0))
         sums[0, k], sums[1, k] = least.value - least.error * SAFETY, most.value + most.error * SAFETY

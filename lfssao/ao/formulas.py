@@ -149,10 +149,10 @@ class Folded(Protocol):
         """Occlusion of a sum, with which it grows."""
 
 
-for _protocol in (Seen, Summed, Folded):
-    for _name, _function in vars(_protocol).items():
-        if callable(_function) and not _name.startswith("_"):
-            method(_function)
+_words = {name: word for protocol in (Seen, Summed, Folded) for name, word in vars(protocol).items()}
+for _name, _word in _words.items():  # each once: what two protocols have would be compiled for both
+    if callable(_word) and not _name.startswith("_"):
+        method(_word)
 
 
 def cast_depth(buffers: Buffers) -> Texture:

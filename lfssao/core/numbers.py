@@ -32,8 +32,9 @@ from numba.extending import (
 
 from lfssao.core.elementary import log2 as float_log2
 from lfssao.core.elementary import power as float_power
+from lfssao.core.jit import FLAGS
 
-INLINED = {"forceinline": True, "error_model": "numpy"}  # the flags of ``jit.FLAGS`` that change bits
+INLINED = {**FLAGS, "forceinline": True}  # those of inlined kernels: other flags would be compiled once more
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 # Compiled code calls the function, which LLVM puts into it; Python calls it, too.

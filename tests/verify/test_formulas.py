@@ -114,7 +114,7 @@ def missed(name, drawn, options):
     )
     if found is None:  # of a camera
         assert name.startswith("vo-area")
-        return 0, 0
+        return 0, None
     assert not found.outside(estimate(name, seen, radius, points, weights, **options).texture).any()
     return outside(made, found), outside(made, weak)
 
@@ -129,8 +129,8 @@ def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small(name):
     @given(drawn_problems(), options)
     def check(drawn, options):
         found, weak = missed(name, drawn, {**ESTIMATORS[name].parameters, **options})
-        counts.append(weak)
+        counts.extend([] if weak is None else [weak])
         assert found == 0
 
     check()
-    assert np.count_nonzero(counts) > 3
+    assert np.count_nonzero(counts) >= len(counts) / 10 > 1

@@ -11,7 +11,7 @@ from lfssao.ao.kernels.float_view import landed, shown, with_kind
 from lfssao.ao.kernels.spans import CHUNK, next_span
 from lfssao.core.intrinsics import get, put, scratch, texel_slots
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, plain, select, where_none
+from lfssao.core.numbers import as_float, plain, select
 from lfssao.optics.kernels.projection import (
     CROSSED_SLITS,
     DISPLAY,
@@ -34,13 +34,13 @@ def _start_texels(kind, view, estimator, first, n, slots):
 
 
 @kernel(inline=True)
-def start_texels(view, estimator, first, n, slots):
-    """Put the numbers of n texels into their slots.
+def start_texels(moments_of, view, estimator, first, n, slots):
+    """Put the numbers of n texels into their slots; numba leaves out branches by an argument that is None.
 
     Formulas of filtered textures ask for images: a loop for each kind of mapping makes vectors of these, by which
     vo-area of one area takes 0.7 times as long [bench_estimators]. Others would only be compiled three times.
     """
-    if where_none(view.moments_of, True, False):
+    if moments_of is None:
         _start_texels(view.kind, view, estimator, first, n, slots)
     elif view.kind == CROSSED_SLITS:
         _start_texels(CROSSED_SLITS, view, estimator, first, n, slots)
@@ -96,7 +96,7 @@ def sum_samples(begin, stop, view, estimator, occlusion, outside):
                     first, n = next_span(view.depth, at, end, CHUNK)
                     for texel in range(at, first):
                         fractions[texel] = zero
-                    start_texels(view, estimator, first, n, slots)
+                    start_texels(view.moments_of, view, estimator, first, n, slots)
                     for i in range(n):
                         totals[i], missed[i] = zero, 0
                     for s in range(count):

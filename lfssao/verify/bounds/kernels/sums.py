@@ -32,28 +32,6 @@ def reading(view, box, image, k):
     return where_none(view.moments_of, row * view.width + column, point)
 
 
-@kernel(inline=True)
-def _bound_term(view, seen, estimator, here, s, largest, texel):
-    """The least and the largest term of a sample, and whether it is looked up in one texel for sure."""
-    place = estimator.place(view, here, s)
-    z = view.depth_at(place)
-    u, v, valid = image_at(view, place, z)
-    image = widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by)
-    box = box_of(seen, image)
-    least, most = largest * box.least, largest * box.most
-    for k in range(readings(view, box)):
-        other = reading(view, box, image, k)
-        term = number(estimator.background(), z)
-        if shown(view, other):
-            term = estimator.term(view, here, s, z, texel, other)
-        error = term.error * SAFETY
-        if error < UNKNOWN:
-            least, most = min(least, max(term.value - error, 0.0)), max(most, term.value + error)
-        else:
-            least, most = 0.0, largest
-    return least, most, box.sure
-
-
 @kernel
 def _bound_texel(view, seen, estimator, largest, jumps, forks, texel):
     """The least and the largest sum of a texel's terms, its terms in doubt, and those that may not be 0."""
@@ -61,18 +39,34 @@ def _bound_texel(view, seen, estimator, largest, jumps, forks, texel):
     here = estimator.start(view, texel)
     counts, forked = doubt_of(estimator.counts(view, here)), asked[0]
     for s in range(estimator.points.shape[0] if counts.may else 0):
-        if forks is not None:
-            asked[:] = 0.0
-        least, most, one_texel = _bound_term(view, seen, estimator, here, s, largest, texel)
-        if forks is not None and asked[0] > 0.0:
-            asked[1] = 1.0
-            others = _bound_term(view, seen, estimator, here, s, largest, texel)
-            least, most, one_texel = min(least, others[0]), max(most, others[1]), one_texel and others[2]
-        least = least if counts.must else 0.0
-        low, high = low + least, high + most
-        sure = most - least <= _OPEN * most if jumps else one_texel and counts.must
+        lower, upper, one_texel = np.inf, 0.0, True
+        for answer in range(where_none(forks, 1, 2)):
+            if forks is not None:
+                if answer == 1 and asked[0] == 0.0:
+                    break
+                asked[0], asked[1] = 0.0, answer
+            place = estimator.place(view, here, s)
+            z = view.depth_at(place)
+            u, v, valid = image_at(view, place, z)
+            image = widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by)
+            box = box_of(seen, image)
+            least, most = largest * box.least, largest * box.most
+            for k in range(readings(view, box)):
+                other = reading(view, box, image, k)
+                term = number(estimator.background(), z)
+                if shown(view, other):
+                    term = estimator.term(view, here, s, z, texel, other)
+                error = term.error * SAFETY
+                if error < UNKNOWN:
+                    least, most = min(least, max(term.value - error, 0.0)), max(most, term.value + error)
+                else:
+                    least, most = 0.0, largest
+            lower, upper, one_texel = min(lower, least), max(upper, most), one_texel and box.sure
+        lower = lower if counts.must else 0.0
+        low, high = low + lower, high + upper
+        sure = upper - lower <= _OPEN * upper if jumps else one_texel and counts.must
         doubt += 0.0 if sure else 1.0
-        added += 1.0 if most > 0.0 else 0.0
+        added += 1.0 if upper > 0.0 else 0.0
     asked[0] = forked
     return low, high, doubt, added
 

@@ -50,7 +50,7 @@ class Seen(Protocol):
         """Image z of the texel's surface. To formulas that name this word all other z are image z, too."""
 
     def sample_offset(self, x: Any) -> Any:
-        """A coordinate R s of a sample's offset, a plain number, which a renderer makes itself of R and s."""
+        """A coordinate R s of a sample's offset, or R R, a plain number that a renderer makes itself of R and s."""
 
     def shows(self, texel: Any) -> Any:
         """Whether the texel shows a surface."""

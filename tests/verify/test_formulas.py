@@ -13,10 +13,8 @@ from oracle_scenes import critical_scene, drawn_problems, random_turns, unit
 from random_numbers import RandomView, Renderers, lifted, occlusion, outside, scaled
 
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
-from lfssao.ao.formulas import words_of
 from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.error_model import find_model
-from lfssao.verify.bounds.kernels.seen import CAST, IMAGE
 from lfssao.verify.bounds.points import point_bounds
 from lfssao.verify.bounds.problem import Problem, held, view_of_formulas
 
@@ -74,8 +72,7 @@ def formulas_of(name, options, radius, seen, samples):
 
 def view_of(seen, options, model, formulas):
     given = Problem(seen, np.zeros((0, 3)), None, options, find_model(model))
-    kind = IMAGE if "image_z" in words_of(formulas) else CAST
-    return view_of_formulas(given, given.surface(1.0, kind=kind), formulas)
+    return view_of_formulas(given, given.surface_of(formulas, 1.0), formulas)
 
 
 def drawn_scene(rng, name, options, view, radius, n, turning):

@@ -18,14 +18,12 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.horizon import ZENITH
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
-from lfssao.ao.formulas import words_of
 from lfssao.ao.textures import Buffers
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.bounds import Bounds, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels.folds import bound_folds
 from lfssao.verify.bounds.kernels.sao_bounds import LIMITLESS
-from lfssao.verify.bounds.kernels.seen import CAST, IMAGE
 from lfssao.verify.bounds.kernels.sums import bound_sums, end_sums
 from lfssao.verify.bounds.multiresolution import multiresolution
 from lfssao.verify.bounds.post import merge_bounds, union_ends
@@ -87,7 +85,7 @@ def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0,
     options = estimator.options(**given.options)
     assert estimator.formulas is not None
     made = held(estimator.formulas(given.seen, radius, given.points, given.weights, options))
-    seen = given.surface(radius, kind=IMAGE if "image_z" in words_of(made) else CAST)
+    seen = given.surface_of(made, radius)
     view, sums = view_of_formulas(given, seen, made), np.zeros((4, *seen.depth.shape))
     if hasattr(made, "steps"):  # of estimators that take them
         bound_folds(seen, view, made, largest, sums)

@@ -14,7 +14,7 @@ from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.kernels.ball_view import BallView
 from lfssao.verify.bounds.kernels.moment_balls import BallPyramid
-from lfssao.verify.bounds.kernels.seen import CAST, NOTHING, Seen
+from lfssao.verify.bounds.kernels.seen import CAST, IMAGE, NOTHING, Seen
 from lfssao.verify.bounds.ssao import image_depth, seen_by, single, with_depths
 
 Options = Mapping[str, Value]
@@ -44,6 +44,10 @@ class Problem(NamedTuple):
         )
         return with_depths(made, self.model, kind)
 
+    def surface_of(self, formulas: Any, radius: float) -> Seen:
+        """The view as kernels take it, with the depths that an estimator's formulas compare."""
+        return self.surface(radius, kind=IMAGE if "image_z" in words_of(formulas) else CAST)
+
     def sums(self, kernel: Callable[..., None], *given: Any) -> tuple[Ends, NDArray[np.int32]]:
         """Least and largest sum of each texel's terms, by a kernel, and the number of terms in doubt."""
         sums = np.zeros((3, *self.seen.depth.shape))
@@ -51,7 +55,7 @@ class Problem(NamedTuple):
         return (sums[0], sums[1]), sums[2].astype(np.int32)
 
 
-def ball_view(buffers: Buffers, seen: Seen, model: ErrorModel, words: Container[str] = ()) -> BallView:
+def ball_view(buffers: Buffers, seen: Seen, model: ErrorModel, words: Container[str]) -> BallView:
     """Return a view's textures and mapping as formulas of balls that name these words read them."""
     floats = held(float_view(buffers, words))
     return BallView(

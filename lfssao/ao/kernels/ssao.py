@@ -50,12 +50,6 @@ def offset_row(offsets, s, row, turns, turn, i):
 
 
 @kernel(inline=True)
-def turned_offset(x, y, turn, i):
-    """The x and y of an offset turned at texel i of a run; turn: that of ``load_turns``."""
-    return x * turn[0][i] - y * turn[1][i], x * turn[1][i] + y * turn[0][i]
-
-
-@kernel(inline=True)
 def count_slits(slits, depth, width, height, n, a, b, c, first, samples, offsets, turns, turn, count):
     """Algorithm 2, lines 4 to 9, for the n points of one run: how many of their samples are in texture and domain.
 

@@ -14,8 +14,8 @@ from stages import Arrays, ours, recorded
 import lfssao
 from lfssao.ao.estimators.sao import estimator as scalable
 from lfssao.ao.estimators.sao.kernels.passes import bilateral
-from lfssao.ao.estimators.sao.kernels.reconstruct import face_normals, linear_depth
-from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, positions_of, texel_rays
+from lfssao.ao.estimators.sao.kernels.reconstruct import linear_depth
+from lfssao.ao.estimators.sao.texel_rays import linear_z, plane_constants, texel_rays
 from lfssao.ao.reference import gaussian_weights
 from lfssao.bench.work_precision.figures import rms
 from lfssao.samples import texel_angles
@@ -62,15 +62,14 @@ def stages(buffers: Any, radius: float) -> dict[str, Any]:
     """Calls of the passes of AlchemyAO and SAO; SAO's sampling makes normals, positions and levels too."""
     buffers = buffers.turned("sao-hash")
     z = linear_z(buffers)
-    rays = texel_rays(buffers.view, z.dtype)
-    keys, options = scalable.keys_of(z, rays.origin, 0.0), scalable.AppendixOptions()
-    visibility = scalable.sample(buffers, z, rays, radius, options)[0]
+    origin, options = texel_rays(buffers.view, z.dtype).origin, scalable.AppendixOptions()
+    keys, visibility = scalable.keys_of(z, origin, 0.0), scalable.sample(buffers, z, radius, options)[0]
     return {
         "Alchemy, sampling": partial(lfssao.estimate, "alchemy", buffers, radius),
         "Alchemy, bilateral": partial(wide_bilateral, visibility, keys),
         "SAO, level 0": partial(linear_z, buffers),
-        "SAO, levels": partial(scalable.z_hierarchy, z, "rotated", 5, rays.origin),
-        "SAO, sampling": partial(scalable.sample, buffers, z, rays, radius, options),
+        "SAO, levels": partial(scalable.z_hierarchy, z, "rotated", 5, origin),
+        "SAO, sampling": partial(scalable.sample, buffers, z, radius, options),
         "SAO, bilateral": partial(scalable.reconstruct, visibility, keys, 3.0, 2048.0, True),
     }
 
@@ -212,12 +211,8 @@ def judge_z_errors(found: Found, limit: float) -> Judged:
 def normal_errors(scale: Scale) -> Found:
     """Figure 4: angle between rebuilt and triangle normals where the texels of the differences see one triangle."""
     buffers, _, gbuffer = camera_buffers(*scale.size(1024, 768))
-    z = linear_z(buffers)
-    rays = texel_rays(buffers.view, z.dtype)
-    positions = positions_of(buffers, z, rays)
-    normals = np.empty_like(positions)
-    face_normals(z, positions, rays, normals)
-    true, made = gbuffer.normals.astype(float), normals.astype(float)
+    true = gbuffer.normals.astype(float)
+    made = scalable.sao_view(buffers, linear_z(buffers)).normals.reshape(true.shape).astype(float)
     angle = np.degrees(np.arctan2(np.linalg.norm(np.cross(made, true), axis=-1), (made * true).sum(-1)))
     t = gbuffer.triangle
     pair = t.reshape(t.shape[0], -1, 2)[..., ::-1].reshape(t.shape)

@@ -40,6 +40,12 @@ class Seen(Protocol):
     def turn_by_angle(self, texel: Any) -> Any:
         """Cosine and sine as of ``turn``; a renderer may add the angle to a sample's own instead."""
 
+    def sine_of_angle(self, x: Any) -> Any:
+        """A sine or cosine of a sample, a plain number that a renderer makes itself of an angle."""
+
+    def hashed_turn(self, at: Any, angle: Any) -> Any:
+        """Cosine and sine of an angle, radians, and the hash of a texel, columns and rows ``at``, summed in float32."""
+
     def fork(self, condition: Any) -> Any:
         """Whether a condition holds, a bool; of balls in doubt a start or a place is made for both answers."""
 
@@ -48,6 +54,12 @@ class Seen(Protocol):
 
     def image_z(self, texel: Any) -> Any:
         """Image z of the texel's surface. To formulas that name this word all other z are image z, too."""
+
+    def coarse_z(self, seen: Any, h: Any, log_q: Any) -> Any:
+        """Cast z in the level of a sample h texels away (``ao.kernels.levels``), and whether there is a surface."""
+
+    def apart(self, there: Any, here: Any) -> Any:
+        """The vector between two points that are made of depth; a camera's renderer may have other axes."""
 
     def sample_offset(self, x: Any) -> Any:
         """A coordinate R s of a sample's offset, or R R, a plain number that a renderer makes itself of R and s."""

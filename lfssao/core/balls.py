@@ -44,6 +44,7 @@ from lfssao.core.numbers import (
     known,
     larger,
     least,
+    line,
     log2,
     middle_of,
     most,
@@ -133,6 +134,18 @@ def _smaller(x, y):
     """It grows with both, so its ends are those of their ends."""
     least = min(x.value - x.error * SAFETY, y.value - y.error * SAFETY)
     return ball_between(least, min(x.value + x.error * SAFETY, y.value + y.error * SAFETY), x)
+
+
+@rule(np.floor)
+def _floor(x):
+    """It grows with x, and is exact."""
+    return ball_between(np.floor(x.value - x.error * SAFETY), np.floor(x.value + x.error * SAFETY), x)
+
+
+@rule(np.trunc)
+def _trunc(x):
+    """It grows with x, and is exact."""
+    return ball_between(np.trunc(x.value - x.error * SAFETY), np.trunc(x.value + x.error * SAFETY), x)
 
 
 @rule(smoothstep)
@@ -319,6 +332,21 @@ def _middle_of(x):
 def _spread_of(x):
     """Around 0."""
     return Ball(0.0, x.error, x)
+
+
+@overload(line, jit_options=INLINED)
+def _line(start, slope, at, middle):
+    if at != ball:
+        return None
+
+    def either(start, slope, at, middle):
+        """Each of three terms is rounded as two products and in two sums at most, multiplied out or not."""
+        a, m, off = abs(slope), abs(middle), at.error
+        size = abs(start) + a * (abs(at.value) + off + m)
+        flushed = FLUSHED * (2.0 + a + m)
+        return Ball(start + slope * (at.value - middle), 6.0 * at.operation * size + a * off + flushed, at)
+
+    return either
 
 
 @overload(within, jit_options=INLINED)

@@ -5,7 +5,7 @@ import operator
 from numba import types
 from numba.extending import overload
 
-from lfssao.core.numbers import INLINED, struct
+from lfssao.core.numbers import INLINED, struct, surely
 
 
 def Doubt(may, must):  # noqa: N802
@@ -46,3 +46,8 @@ def _or(x, y):
 @overload(operator.invert, jit_options=INLINED)
 def _not(x):
     return (lambda x: Doubt(not x.must, not x.may)) if x == doubt else None
+
+
+@overload(surely, jit_options=INLINED)
+def _surely(condition):
+    return (lambda condition: condition.must) if condition == doubt else None

@@ -168,7 +168,7 @@ for _operator in (operator.add, operator.sub, operator.mul, operator.truediv):
     _float_operator(_operator, 2)
 for _comparison in (operator.lt, operator.le, operator.gt, operator.ge, operator.eq):
     _float_operator(_comparison, 2, compares=True)
-for _function in (operator.neg, abs, np.sqrt):
+for _function in (operator.neg, abs, np.sqrt, np.floor, np.trunc):
     _float_operator(_function, 1)
 
 
@@ -260,6 +260,11 @@ def by_squaring(x: Any, times: int) -> Any:
     return x
 
 
+def surely(condition: Any) -> Any:
+    """Whether a condition holds; of one in doubt whether it must."""
+    return condition
+
+
 def is_finite(x: Any) -> Any:
     """Whether a number is below infinity."""
     return x < np.inf
@@ -278,6 +283,11 @@ def smaller(x: Any, y: Any) -> Any:
 def smoothstep(x: Any) -> Any:
     """Return x^2 (3 - 2 x) of a number from 0 to 1, as GLSL does; of balls 3 x^2 - 2 x^3, too."""
     return (x * x) * (3 - (x + x))
+
+
+def line(start: Any, slope: Any, at: Any, middle: Any) -> Any:
+    """Return start + slope (at - middle), all but ``at`` plain; of balls multiplied out, too."""
+    return start + slope * (at - middle)
 
 
 def where_none(x: Any, one: Any, other: Any) -> Any:
@@ -346,7 +356,7 @@ def of_floats(function: Any) -> None:
 
 for _word in (
     rounded, known, twice, by_squaring, is_finite, is_number, least, most, middle_of, spread_of, within, alternatives,
-    larger, smaller, smoothstep,
+    larger, smaller, smoothstep, line, surely,
 ):  # fmt: skip
     of_floats(_word)
 

@@ -6,13 +6,15 @@ balls they are vectors of world space still, as a renderer may apply a row to ea
 """
 
 import operator
+from typing import Any
 
 import numpy as np
 from numba.extending import overload
 
 from lfssao.core.balls import FLUSHED, TINY, UNKNOWN, Ball, ball
-from lfssao.core.numbers import INLINED, formula, is_plain, struct
-from lfssao.core.vectors import Vector
+from lfssao.core.doubts import Doubt
+from lfssao.core.numbers import INLINED, bare, formula, is_plain, number, struct
+from lfssao.core.vectors import Vector, VectorType
 
 
 class Rows:
@@ -51,6 +53,25 @@ def affine_rows(m, point):
     """Four rows of M (x, y, z, 1), each ((m0 x + m1 y) + m2 z) + m3; m: (16,)."""
     a = linear_rows(m, point)
     return Rows(a.u + m[3], a.v + m[7], a.q + m[11], a.z + m[15])
+
+
+@formula
+def image_place(u: Any, v: Any) -> Any:
+    """The place of an image point, which a camera's mapping leaves as it is: of quotient 1."""
+    return Rows(u, v, number(1, u), number(0, u))
+
+
+def affine(m, row, point):
+    """A row of M (x, y, z, 1), M an array of rows of four, of a point."""
+    k = 4 * row
+    return ((m[k] * point.x + m[k + 1] * point.y) + m[k + 2] * point.z) + m[k + 3]
+
+
+@overload(affine, jit_options=INLINED)
+def _affine(m, row, point):
+    if point == VectorType(ball, ball, ball):
+        return lambda m, row, point: row_of_spot(m, row, point_spot(point))
+    return bare(affine)
 
 
 def Spot(point, offset, sizes, points, later, sums, products):  # noqa: N802 - it reads as a type
@@ -167,3 +188,27 @@ def row_of_spot(m, row, spot):
     terms += spot.later if spot.sums > 1.0 else 0.0
     rounded = terms * (1.0 + terms * r) * r * size + more * (1.0 + more * r) * r * moved
     return Ball(value + m[k + 3], min(UNKNOWN, rounded + own + FLUSHED * flushed), p.x)
+
+
+def row_of(m, row, place):
+    """A row of M of a place of balls; of ``image_place`` its own."""
+
+
+@overload(row_of, jit_options=INLINED)
+def _row_of(m, row, place):
+    if isinstance(place, SpotType):
+        return lambda m, row, place: row_of_spot(m, row, place)  # noqa: PLW0108 - its parameters count
+    if not isinstance(place, RowsType):
+        return None
+    return lambda m, row, place: place.u if row == 0 else place.v if row == 1 else place.q if row == 2 else place.z
+
+
+def image_or(place, image):
+    """The image point of a place of balls: of ``image_place`` its own, which nobody divides."""
+
+
+@overload(image_or, jit_options=INLINED)
+def _image_or(place, image):
+    if isinstance(place, RowsType):
+        return lambda place, image: (place.u, place.v, Doubt(True, True))
+    return (lambda place, image: image) if isinstance(place, SpotType) else None

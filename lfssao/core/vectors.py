@@ -4,11 +4,12 @@ import operator
 from math import sqrt
 from typing import Any
 
+import numpy as np
 from numba.extending import overload
 
 from lfssao.core.balls import FLUSHED, TINY, UNKNOWN, Ball, ball
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import INLINED, bare, formula, number, select, struct
+from lfssao.core.numbers import INLINED, as_float, bare, formula, number, plain, rounded, select, struct
 
 
 @kernel(inline=True)
@@ -84,6 +85,29 @@ def _dot_of_balls(a, b):
 def cross(a: Any, b: Any) -> Any:
     """Return the cross product."""
     return Vector(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+
+
+def unit_vector(v: Any) -> Any:
+    """Return a vector over its length, 0 of 0; of balls divided by its largest coordinate before, or not."""
+    return Vector(*unit(v.x, v.y, v.z))
+
+
+@overload(unit_vector, jit_options=INLINED)
+def _unit_vector(v):
+    if v == VectorType(ball, ball, ball):
+        return _unit_vector_of_balls
+
+    def floats(v):
+        x, y, z = unit(plain(v.x), plain(v.y), plain(v.z))
+        return Vector(as_float(x), as_float(y), as_float(z))
+
+    return floats
+
+
+def _unit_vector_of_balls(v):
+    """A quotient by the largest coordinate, and its square root: three quotients more."""
+    scale = 1 / np.sqrt(dot(v, v))
+    return rounded(scale, 0, scale, 3) * v
 
 
 @formula

@@ -5,7 +5,7 @@ Operands are drawn, and in each a number; ``Rounded`` computes exactly, then rou
 
 from fractions import Fraction
 from functools import reduce
-from math import isqrt
+from math import floor, isqrt, trunc
 from operator import add
 
 import number_forms
@@ -17,15 +17,15 @@ from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_of
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import formula, is_finite
 from lfssao.core.places import offset_spot, point_spot, row_of_spot
-from lfssao.core.vectors import Vector
+from lfssao.core.vectors import Vector, unit_vector
 
 # Relative errors of + - *, quotients and roots, and of exp; large, as SAFETY hides small ones.
 ERRORS = np.array([2.0**-16, 2.0**-14, 2.0**-13, 2.0**-16, 2.0**-17])
 SMALLEST = Fraction(2) ** -126
-ONES, SEVERAL, COMPARED, WAYS = 29, 22, 9, 8  # formulas of one operation, of several; comparisons; ways of a renderer
-FORMS = ONES + SEVERAL + 2
+ONES, SEVERAL, COMPARED, WAYS = 29, 25, 9, 8  # formulas of one operation, of several; comparisons; ways of a renderer
+FORMS = ONES + SEVERAL + 3
 SELECTED, SMOOTH = (18, 19, 20, 21, 22, 26, 28, 44), 29  # formulas that are decided by some operand; smoothstep
-OF_OTHERS = {3, 9, 30, 47, 48, 49, 51, 52}  # formulas that of zeros are no exact zero: x / 0, 0.1, a power, a row
+OF_OTHERS = {3, 9, 30, 47, 48, 49, 53, 54, 55, 56}  # formulas that of zeros are no exact zero: x / 0, 0.1, a row
 
 
 @formula
@@ -35,7 +35,7 @@ def comparisons(x, y):
 
 @kernel
 def bounded(given, rows, by, made, doubts):
-    """Values and errors of all formulas, and of a row of a place; may and must of comparisons; given: (N, 6, 2)."""
+    """Values and errors of all formulas, a unit vector among them; may and must of comparisons; given: (N, 6, 2)."""
     zero = ball_of(0.0, 0.0, by[0], by[1], by[2], by[3], by[4])
     for i in range(given.shape[0]):
         x = Ball(given[i, 0, 0], given[i, 0, 1], zero)
@@ -47,7 +47,7 @@ def bounded(given, rows, by, made, doubts):
         p, o = Vector(x, y, z), offset_spot(Vector(u, v, w))
         place = point_spot(p) + x * o + y * o
         one, more, rest = operations(x, y, z), several(x, y, z, u, v, w), comparisons(x, y)
-        last = row_of_spot(rows[i], 0, point_spot(p)), row_of_spot(rows[i], 0, place)
+        last = row_of_spot(rows[i], 0, point_spot(p)), row_of_spot(rows[i], 0, place), unit_vector(p).x
         for k in range(len(one)):
             made[i, k, 0], made[i, k, 1] = one[k].value, one[k].error
         for k in range(len(more)):
@@ -101,6 +101,12 @@ class Rounded:  # noqa: PLW1641 - it has none
     def sqrt(self):
         x = self.flushed(self.x)
         return self.off(Fraction(isqrt(int(x * 4**300)), 2**300), 2) if x >= 0 else NOWHERE
+
+    def __floor__(self):
+        return Rounded(Fraction(floor(self.flushed(self.x))))
+
+    def __trunc__(self):
+        return Rounded(Fraction(trunc(self.flushed(self.x))))
 
     def __sub__(self, other):
         return self + -Rounded(self.of(other))
@@ -189,7 +195,28 @@ def by_squaring(x, times):
     return [reduce(lambda made, _: made * made, range(times), x), power(x, 2.0**times)][Rounded.rng.integers(2)]
 
 
+def line(start, slope, at, middle):
+    """As it is written, or multiplied out."""
+    if Rounded.rng.integers(2):
+        return slope * (at - middle) + start
+    return slope * at + (Rounded(np.float32(start)) - Rounded(np.float32(slope)) * middle)
+
+
+def over_length(v):
+    """Divided by its largest coordinate before, or not; by a root and a product, or by a quotient."""
+    parts = [v.x, v.y, v.z]
+    if Rounded.rng.integers(2) and any(each.x for each in parts):
+        size = max((abs(each) for each in parts), key=lambda each: each.x)
+        parts = [each / size for each in parts]
+    length = total(products(parts, parts)).sqrt()
+    if not length.x:
+        return Vector(NOWHERE, NOWHERE, NOWHERE)
+    by_root = Rounded.rng.integers(2)
+    return Vector(*(each * (1 / length) if by_root else each / length for each in parts))
+
+
 WORDS = {
+    "line": line,
     "log2": log2,
     "by_squaring": by_squaring,
     "smoothstep": lambda x: [(x * x) * (3 - (x + x)), 3 * (x * x) - 2 * (x * x * x)][Rounded.rng.integers(2)],
@@ -230,7 +257,7 @@ def renderers(given, rows):
         if k == 0 and abs(x[0].x - Fraction(given[i, 1, 0])) <= Fraction(given[i, 1, 1]):
             x[1] = x[0]
         m, o = [float(a) for a in rows[i]], x[3:]
-        last = row_of(m, x[:3], []), row_of(m, x[:3], [(x[0], o), (x[1], o)])
+        last = row_of(m, x[:3], []), row_of(m, x[:3], [(x[0], o), (x[1], o)]), over_length(Vector(*x[:3])).x
         made[i, k] = [Rounded.of(y) for y in (*operations(*x[:3]), *several(*x), *last)]
         compared.append(comparisons(*x[:2]))
     return made, np.array(compared).reshape(len(given), WAYS, -1)

@@ -9,7 +9,6 @@ from reference.kit import solve
 
 from lfssao import Buffers
 from lfssao.ao.estimators.registry import ESTIMATORS
-from lfssao.ao.estimators.sao.kernels.reconstruct import TABLE
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.core.threads import kernel_threads
 from lfssao.optics.view import KINDS
@@ -78,7 +77,7 @@ def with_one_thread_and_two(make):
 def texel_table(view, dtype):
     """Lines of a view's texels, (H, W, 4); None where the view's numbers say them all."""
     lines = texel_rays(view, np.dtype(dtype))
-    return lines.table.T.reshape(view.height, view.width, 4) if lines.kind == TABLE else None
+    return None if lines.table is None else lines.table.T.reshape(view.height, view.width, 4)
 
 
 def assert_equals_reference(name, seen, radius, result, points=None, weights=None, **options):

@@ -8,6 +8,7 @@ from lfssao.core.numbers import (
     double,
     formula,
     larger,
+    line,
     log2,
     middle_of,
     number,
@@ -44,5 +45,5 @@ def several(x, y, z, u, v, w):
         c.x, c.y, c.z, d.x, d.y, d.z, alternatives(x, y), alternatives(y, x), select(alternatives(x < y, y >= z), x, y),
         power(smaller(1, larger(0, x)), 2.5), power(smaller(1, larger(0, y)), 1.0), rounded(0.1, 1, x, 2),
         by_squaring(smaller(1, larger(0, x)), 3), number(log2(double(larger(2.0**-100, abs(x)))), x),
-        middle_of(x) + spread_of(x),
+        middle_of(x) + spread_of(x), np.floor(4 * x), np.trunc(4 * x), line(0.5, 0.1, x, 0.3),
     )  # fmt: skip

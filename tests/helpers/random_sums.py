@@ -99,7 +99,7 @@ def summed_angle(ar, options, t, shape):
 
 def ray_lines(ar, rays, shape):
     """Start and slope of x and of y of every texel's ray, (R, H, W); products may be multiplied out."""
-    if rays.kind:
+    if rays.table is not None:
         return [ar.full(row.reshape(shape)) for row in rays.table.astype(float)]
     made, m = [], rays.numbers.astype(float)
     for axis, k in ((1, 0), (0, 5)):
@@ -181,7 +181,7 @@ def sao(ar, given, rays, radius, options, angle):
     normal = face_normals(ar, z, places, way) if options["normals"] == "face" else normal
     texels, n, falls = [], options["taps"], "intensity" in options
     for axis, k in ((1, 0), (0, 5)):
-        if rays.kind:
+        if rays.table is not None:
             at = np.indices(shape)[axis]
             other = np.where(at + 1 < shape[axis], at + 1, np.maximum(at - 1, 0))
             there = (slice(None), j, other) if axis else (slice(None), other, i)

@@ -119,7 +119,7 @@ def check_sao(drawn, options, alter=lambda model: model):
     depth[(rng.random(shape) < 0.4) & (z < 2)] = z
     j, i = np.indices(shape)
     positions = oracle.world_points(view, i + 0.5, j + 0.5, np.where(depth < 9, depth, 0).astype(float)).astype("f4")
-    if rays.kind == 0:  # the last tap is two texels away, or four, at that depth
+    if rays.table is None:  # the last tap is two texels away, or four, at that depth
         texel = min(abs(rays.numbers[k + 2] + z * rays.numbers[k + 4]) * rays.units[k // 5] for k in (0, 5))
         radius = float(rng.choice([2, 4]) / (1 - 0.5 / n) * texel)
     phi = np.pi * (2 * rng.integers(0, n, shape) + 1) / n

@@ -4,12 +4,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.moments import filtered_moments
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, formula, plain, select, where_none
+from lfssao.core.numbers import as_float, formula, number, plain, select, where_none
 from lfssao.core.places import affine_rows, linear_rows
 from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.projection import image_of, texel_number
+from lfssao.samples.kernels.spiral import summed_angle, unit_of
 
 
 @formula
@@ -36,8 +38,8 @@ def landed(view, x, y, width):
 
 @kernel(inline=True)
 def shown(view, seen):
-    """Whether a surface is seen where a sample has ``landed``; filtered textures say by themselves how much is."""
-    filtered = where_none(view.moments_of, False, True)
+    """Whether a surface is seen where a sample has ``landed``; filtered textures and levels say by themselves."""
+    filtered = where_none(view.moments_of, False, True) | where_none(view.levels, False, True)
     return filtered | view.shows(where_none(view.moments_of, seen, 0))
 
 
@@ -47,7 +49,8 @@ class FloatView(NamedTuple):
     depth: (H W,), the depth texture, and surfaces, cast z, or image z for formulas that ask for it, +infinity where
     there is no surface. positions, normals, directions: (3 H W,). turns: (2, H W). kind: that of the mapping. rows:
     (16,), four affine rows of world space, u, v, divisor (of MATRIX alone), and z. lens: z_m, z_o, u_0, v_0 for
-    CROSSED_SLITS, the module's 32 numbers for DISPLAY. axes: (6,), right and up. width: texels of a row.
+    CROSSED_SLITS, the module's 32 numbers for DISPLAY. axes: (6,), right and up. width: texels of a row. rays:
+    ``sao.kernels.reconstruct.TexelRays``, for formulas that make points of depth.
     """
 
     depth: np.ndarray
@@ -63,6 +66,8 @@ class FloatView(NamedTuple):
     width: int
     moments_of: Any = None  # a pyramid, where textures are filtered (``ao.moments``)
     divides: Any = None  # not None where z is a camera's image z, by the divisor
+    rays: Any = None
+    levels: Any = None  # ``Levels`` of cast z, where samples read them in place of the texture
 
     def position(self, texel):
         return float_vector(self.positions, texel)
@@ -79,6 +84,13 @@ class FloatView(NamedTuple):
     def turn_by_angle(self, texel):
         return self.turn(texel)
 
+    def sine_of_angle(self, x):
+        return as_float(x)
+
+    def hashed_turn(self, at, angle):
+        sine, cosine = unit_of(summed_angle(plain(at[0]), plain(at[1]), angle))
+        return number(cosine, at[0]), number(sine, at[0])
+
     def fork(self, condition):
         return condition
 
@@ -87,6 +99,16 @@ class FloatView(NamedTuple):
 
     def image_z(self, texel):
         return self.surface(texel)
+
+    def coarse_z(self, seen, h, log_q):
+        level = mip_level(plain(h), np.int32(log_q), np.int32(self.levels.first.shape[0] - 1))
+        row = np.int32(row_of_texel(seen, self.width))
+        column = np.int32(seen) - np.int32(row * np.int32(self.width))
+        z = self.levels.z[level_texel(self.levels.first, level, column, row, np.int32(self.width))]
+        return as_float(z), z < np.inf
+
+    def apart(self, there, here):
+        return there - here
 
     def sample_offset(self, x):
         return as_float(x)
@@ -131,5 +153,5 @@ def with_kind(view, kind):
     """A view whose mapping is of a kind that compilers know."""
     return FloatView(
         view.depth, view.surfaces, view.positions, view.normals, view.directions, view.turns, kind, view.rows,
-        view.lens, view.axes, view.width, view.moments_of, view.divides,
+        view.lens, view.axes, view.width, view.moments_of, view.divides, view.rays, view.levels,
     )  # fmt: skip

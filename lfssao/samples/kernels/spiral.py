@@ -26,12 +26,6 @@ def unit_taps(tau, taps):
 
 
 @kernel(inline=True)
-def rotated(x, y, cosine, sine):
-    """A vector turned by an angle of that cosine and sine, in the arguments' dtype."""
-    return x * cosine - y * sine, x * sine + y * cosine
-
-
-@kernel(inline=True)
 def summed_angle(x, y, angle):
     """Sum in float32 of the common hash of texel (x, y), radians, and an angle: both are rounded before. float64."""
     word = np.int32(10 * ((3 * np.int64(x)) ^ (np.int64(y) + np.int64(x) * np.int64(y))))

@@ -23,12 +23,11 @@ from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.bounds import Bounds, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels.folds import bound_folds
-from lfssao.verify.bounds.kernels.sao_bounds import LIMITLESS
 from lfssao.verify.bounds.kernels.sums import bound_sums, end_sums
 from lfssao.verify.bounds.multiresolution import multiresolution
 from lfssao.verify.bounds.post import merge_bounds, union_ends
 from lfssao.verify.bounds.problem import Options, Problem, Weights, held, view_of_formulas
-from lfssao.verify.bounds.sao import sao
+from lfssao.verify.bounds.sao import LIMITLESS, sao
 
 
 def point_bounds(

@@ -1,6 +1,6 @@
 """The arguments that bounds of an estimator are made of: textures and mapping, samples, options and the error model."""
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Container, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,19 +40,12 @@ class Problem(NamedTuple):
             normals=NOTHING if seen.normals is None else np.ascontiguousarray(seen.normals),
             directions=np.ascontiguousarray(seen.directions) if directions else NOTHING,
             axis=single(view.cast_from_world[2]),
-            right=single(view.world_from_cast[:, 0]),
         )
         return with_depths(made, self.model, kind)
 
     def surface_of(self, formulas: Any, radius: float) -> Seen:
         """The view as kernels take it, with the depths that an estimator's formulas compare."""
         return self.surface(radius, kind=IMAGE if "image_z" in words_of(formulas) else CAST)
-
-    def sums(self, kernel: Callable[..., None], *given: Any) -> tuple[Ends, NDArray[np.int32]]:
-        """Least and largest sum of each texel's terms, by a kernel, and the number of terms in doubt."""
-        sums = np.zeros((3, *self.seen.depth.shape))
-        kernel(*given, self.model.errors, sums)
-        return (sums[0], sums[1]), sums[2].astype(np.int32)
 
 
 def ball_view(buffers: Buffers, seen: Seen, model: ErrorModel, words: Container[str]) -> BallView:

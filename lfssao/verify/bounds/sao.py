@@ -1,28 +1,27 @@
 """Bounds of ``sao`` and ``sao-equation-1``, pass by pass.
 
-The sampling pass is ``kernels.sao_bounds``. Averages grow with the numbers that go in, and bytes with those packed into
-them. An average over a depth edge in doubt may be made or not; weights of bilateral passes have ends.
+The sampling pass is that of its formulas (``kernels.sums``). Averages grow with the numbers that go in, and bytes with
+those packed into them. An average over a depth edge in doubt may be made or not; weights of bilateral passes have ends.
 """
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.sao.estimator import (
-    LANDINGS,
     STRIDE,
     TAPS_RADIUS,
+    AnyOptions,
     AppendixOptions,
     Equation1Options,
     SaoOptions,
-    falloff_of,
-    spiral_taps,
-    tap_angles,
+    sao_numbers,
+    scale_of,
     z_hierarchy,
 )
 from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
-from lfssao.ao.estimators.sao.kernels.scalable import Falloff
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.ao.reference import gaussian_weights
 from lfssao.core.balls import SAFETY
@@ -30,22 +29,23 @@ from lfssao.core.elementary import power
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, exactly, up_to_single
 from lfssao.verify.bounds.depth import distance_ends
 from lfssao.verify.bounds.error_model import ULP, ErrorModel
-from lfssao.verify.bounds.kernels import sao_bounds as kernels
-from lfssao.verify.bounds.kernels.seen import NOTHING
-from lfssao.verify.bounds.problem import Ends, Problem
+from lfssao.verify.bounds.kernels.ball_view import BallLevels
+from lfssao.verify.bounds.kernels.sums import bound_sums
+from lfssao.verify.bounds.problem import Ends, Problem, ball_view, held
 from lfssao.verify.bounds.ssao import distance_error, single
+
+LIMITLESS = 1e300  # a term without an upper bound
 
 
 def sao(given: Problem, radius: float) -> Bounds:
     """Bounds of ``sao`` and ``sao-equation-1``."""
     seen, model = given.seen, given.model
-    options = (AppendixOptions if "intensity" in given.options else Equation1Options)(**given.options)  # type: ignore[arg-type]
+    options: AnyOptions = (AppendixOptions if "intensity" in given.options else Equation1Options)(**given.options)  # type: ignore[arg-type]
     if radius == 0:
         return exactly(np.zeros_like(seen.depth))
     rays, z = texel_rays(seen.view, np.dtype(np.float32)), _linear_z(given)
-    falloff = falloff_of(options, rays, radius, np.dtype(np.float32))
-    sums, undecided = _sampled(given, options, rays, falloff, z)
-    light = left_of(sums, float(falloff.scale), options.taps, model)
+    sums, undecided, terms = _sampled(given, options, rays, radius, z)
+    light = left_of(sums, float(scale_of(options, np.dtype(np.float32))), terms, model)
     light = _averaged(light, z, options.quad_edge * radius / float(rays.units[2]), model)
     if options.gauss > 0:
         weights = gaussian_weights(options.gauss, TAPS_RADIUS)
@@ -55,20 +55,30 @@ def sao(given: Problem, radius: float) -> Bounds:
 
 
 def _sampled(
-    given: Problem, options: SaoOptions, rays: TexelRays, falloff: Falloff, z: Ends
-) -> tuple[Ends, NDArray[np.int32]]:
-    """Ends of each texel's sum of terms, and its taps in doubt."""
-    seen = given.surface(0.0, False)
-    camera, buffer = given.seen.view.screen_to_world is not None, options.normals == "buffer"
-    seen = seen._replace(positions=NOTHING if camera else seen.positions, normals=seen.normals if buffer else NOTHING)
-    tables = rays.kind, single(rays.numbers), single(rays.table), single(rays.world), float(single(rays.origin))
-    taps = single(spiral_taps(options, np.dtype(np.float32)))
-    levels, numbers = _hierarchy(z, rays.origin, options, given.model), map(float, falloff[:-1])
-    angles, off = np.empty((0, 2)), given.model.quotient + 3 * given.model.operation  # of a product of 2 pi, tau, alpha
-    if options.angle_sum == "float32":
-        angles = tap_angles(options)[:, None] * np.array([1 - off, 1 + off])
-    whole = kernels.Pass._make([*tables, *levels, options.log_q, taps, *numbers, angles])
-    return given.sums(kernels.sum_taps, seen, whole, LANDINGS[options.landing])
+    given: Problem, options: AnyOptions, rays: TexelRays, radius: float, z: Ends
+) -> tuple[Ends, NDArray[np.int32], FloatArray]:
+    """Ends of each texel's sum of terms, its taps in doubt, and how many terms may not be 0.
+
+    Nothing is known where it is in doubt whether a texel, or the next one, shows a surface.
+    """
+    seen, there = given.surface(0.0, False), z[1] < np.inf
+    low, high, first = _hierarchy(z, rays.origin, options, given.model)
+    view = ball_view(given.seen, seen._replace(low=z[0], high=z[1]), given.model, ())._replace(
+        depth=np.where(there, 0, np.inf).astype(np.float32).ravel(),
+        turned=True,  # renderers make taps by cosine and sine
+        rays=held(rays),
+        levels=BallLevels(low, high, first.astype(np.int32)),
+        remade=given.seen.view.screen_to_world is not None,
+        faces=options.normals == "face",
+    )
+    numbers = held(sao_numbers(options, rays, radius, given.seen.depth))
+    sums = np.zeros((4, *there.shape))
+    bound_sums(seen, view, numbers, LIMITLESS, False, True, sums)
+    doubt = np.pad((z[0] < np.inf) & ~there, 1)
+    around = doubt[1:-1, 1:-1] | doubt[:-2, 1:-1] | doubt[2:, 1:-1] | doubt[1:-1, :-2] | doubt[1:-1, 2:]
+    unknown = around & (z[0] < np.inf)
+    sums[0][unknown], sums[1][unknown], sums[2][unknown], sums[3][unknown] = 0, LIMITLESS, options.taps, options.taps
+    return (sums[0], sums[1]), sums[2].astype(np.int32), sums[3]
 
 
 def _linear_z(given: Problem) -> Ends:
@@ -184,12 +194,12 @@ def summing_error(n: int, model: ErrorModel) -> float:
     return (n - 1) * model.operation * (1 + (n - 1) * model.operation) * SAFETY
 
 
-def growth(n: int, model: ErrorModel) -> float:
+def growth(n: Any, model: ErrorModel) -> Any:
     """Relative error of a sum of n terms added in any order, times a number made by a quotient and four products."""
     return ((n + 3) * model.operation * (1 + (n + 3) * model.operation) + model.quotient) * SAFETY
 
 
-def left_of(sums: Ends, scale: float, n: int, model: ErrorModel) -> Ends:
+def left_of(sums: Ends, scale: float, n: Any, model: ErrorModel) -> Ends:
     """Ends of max(0, 1 - scale sum), of n terms."""
     relative = growth(n, model)
     low, high = scale * sums[0] * (1 - relative), scale * sums[1] * (1 + relative)

@@ -14,8 +14,8 @@ from reference import scalable as reference
 from lfssao import Buffers, InputError, estimate
 from lfssao.ao.estimators.sao import estimator as scalable
 from lfssao.ao.estimators.sao.kernels import passes, reconstruct
-from lfssao.ao.estimators.sao.kernels import scalable as kernels
-from lfssao.ao.estimators.sao.texel_rays import linear_z, positions_of, texel_rays
+from lfssao.ao.estimators.sao.texel_rays import linear_z
+from lfssao.ao.kernels import levels
 
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 every_sight = pytest.mark.parametrize("sight", scenes.SIGHTS)
@@ -58,9 +58,9 @@ def test_rebuilt_positions_are_those_of_the_positions_texture(sight, dtype):
     """The round trip that settles equation 3's signs: unproject(project(point)) is the point."""
     buffers = seen("tilted plane", sight, np.float64)
     z = linear_z(buffers).astype(dtype)
-    rays = texel_rays(buffers.view, z.dtype)
+    blank = Buffers(buffers.view, buffers.depth.astype(dtype), np.zeros((*z.shape, 3), dtype))
     made = np.empty((*z.shape, 3), dtype)
-    reconstruct.rebuild_positions(z, rays, made)
+    reconstruct.rebuild_positions(scalable.sao_view(blank, z), made)
     there = np.isfinite(buffers.depth)
     assert np.abs(made[there] - buffers.positions[there]).max() < (2e-6 if dtype == np.float32 else 1e-14)
     assert np.isinf(made[~there]).all()
@@ -74,13 +74,10 @@ def test_a_cameras_positions_texture_is_not_read(sight):
     assert_same_bits(estimate("sao", blank, 0.1).texture, estimate("sao", buffers, 0.1).texture)
 
 
-def normals_of(buffers):
-    z = linear_z(buffers)
-    rays = texel_rays(buffers.view, z.dtype)
-    positions = positions_of(buffers, z, rays)
-    normals = np.empty_like(positions)
-    reconstruct.face_normals(z, positions, rays, normals)
-    return (z, positions, rays), normals
+def made_of(buffers):
+    """Positions and face normals of a view."""
+    view = scalable.sao_view(buffers, linear_z(buffers))
+    return (texture.reshape(*buffers.depth.shape, 3) for texture in (view.positions, view.normals))
 
 
 @every_sight
@@ -90,8 +87,8 @@ def test_face_normals_equal_the_reference(sight, dtype, size):
     """Across the borders of what the kernel takes at a time, with texels that have one neighbour or none."""
     for name in ("sphere on a plane", "step"):
         buffers = seen(name, sight, dtype, size, 0.5)
-        (z, positions, _), normals = normals_of(buffers)
-        assert_same_bits(normals, reference_view(buffers.view, dtype).normals(z, positions))
+        positions, normals = made_of(buffers)
+        assert_same_bits(normals, reference_view(buffers.view, dtype).normals(linear_z(buffers), positions))
 
 
 # The hierarchy
@@ -118,7 +115,7 @@ def test_every_filter_equals_the_reference(how, dtype, data):
 def test_levels_are_the_papers(dtype, whole, log_q, top, part):
     h = dtype(whole + part) if whole < 2**16 else dtype(whole)
     expected = min(max(int(h).bit_length() - 1 - log_q, 0), top)
-    assert kernels.mip_level(h, np.int32(log_q), np.int32(top)) == expected
+    assert levels.mip_level(h, np.int32(log_q), np.int32(top)) == expected
     if int(h) >= 1:
         assert expected == min(max(int(np.floor(np.log2(int(h)) - log_q + 1e-12)), 0), top)  # equation 9
 
@@ -139,7 +136,7 @@ def test_packing_equals_the_reference(dtype):
 @every_sight
 def test_normals_of_the_buffer_take_the_place_of_the_faces(sight):
     buffers = seen("sphere on a plane", sight, size=(40, 30))
-    _, faces = normals_of(buffers)
+    _, faces = made_of(buffers)
     same = estimate("sao", replace(buffers, normals=faces), 0.2, normals="buffer").texture
     assert_same_bits(same, estimate("sao", replace(buffers, normals=None), 0.2).texture)
     away = estimate("sao", replace(buffers, normals=-faces), 0.2, normals="buffer").texture

@@ -2,7 +2,7 @@
 
     depth -> z (equation 2) -> hierarchy of z (table 1)          sao/kernels/reconstruct, z_pyramid
     z -> positions, face normals (equations 3 and 4)             sao/kernels/reconstruct
-    s taps in the hierarchy -> A (equations 5 to 10)             sao/kernels/scalable, samples/kernels/spiral
+    s taps in the hierarchy -> A (equations 5 to 10)             sao/sampling, samples/kernels/spiral
     2x2 average                                                  sao/kernels/passes
     A and z packed into three bytes                              sao/kernels/passes
     two bilateral passes of seven taps, stride three             sao/kernels/passes
@@ -45,21 +45,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.estimator import Estimator, Options, option, turns_of
-from lfssao.ao.estimators.sao.kernels import passes, scalable, z_pyramid
+from lfssao.ao.estimators.estimator import Estimator, Options, option
+from lfssao.ao.estimators.sao.kernels import passes, z_pyramid
 from lfssao.ao.estimators.sao.kernels.passes import average_quads, bilateral
-from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TexelRays, face_normals
-from lfssao.ao.estimators.sao.texel_rays import linear_z, positions_of, texel_rays
+from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays, face_normals, rebuild_positions
+from lfssao.ao.estimators.sao.sampling import Sao
+from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
+from lfssao.ao.formulas import float_view
+from lfssao.ao.kernels.float_view import FloatView
+from lfssao.ao.kernels.levels import Levels
+from lfssao.ao.kernels.sums import sum_samples
 from lfssao.ao.reference import gaussian_weights
-from lfssao.ao.ssao import Occlusion
+from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.elementary import PI, sincospi
+from lfssao.optics.kernels.projection import MATRIX
 from lfssao.samples import best_turns
 from lfssao.samples.kernels import spiral
 
 # Numbers of ``z_pyramid``'s filters.
 FILTERS = dict(zip(("none", "rotated", "arithmetic", "harmonic", "min", "max"), range(-1, 5), strict=True))
-LANDINGS = {"floor": None, "truncate": 0, "nearest": 1}
+LANDINGS = {"floor": -1, "truncate": 0, "nearest": 1}
 TAPS_RADIUS, STRIDE = 3, 3  # of a bilateral pass: seven taps, three texels apart
 _MOST = 1e6
 
@@ -120,6 +126,9 @@ class Equation1Options(SaoOptions, _Equation1):
     """Options of ``sao-equation-1``."""
 
 
+AnyOptions = AppendixOptions | Equation1Options
+
+
 def z_hierarchy(z: Texture, mip: str, max_level: int, origin: float = 0.0) -> list[Texture]:
     """Return the levels of z, each half of the last, rounded up, until one texel or ``max_level``.
 
@@ -134,35 +143,44 @@ def z_hierarchy(z: Texture, mip: str, max_level: int, origin: float = 0.0) -> li
     return levels
 
 
-def sample(buffers: Buffers, z: Texture, rays: TexelRays, radius: float, options: SaoOptions) -> tuple[Texture, int]:
-    """Return A before averaging, (H, W), and how many taps fell outside the texture; radius: r > 0, world units."""
-    dtype = z.dtype
-    positions = positions_of(buffers, z, rays)
-    if options.normals == "face":
-        normals = np.empty_like(positions)
-        face_normals(z, positions, rays, normals)
-    else:
-        assert buffers.normals is not None  # the registry has seen to it
-        normals = np.ascontiguousarray(buffers.normals)
-    surface = scalable.Surface(z, positions, normals, turns_of(buffers))
-    levels = z_hierarchy(z, options.mip, options.max_level, rays.origin)
+def levels_of(levels: list[Texture]) -> Levels:
+    """Return levels of z as formulas read them."""
     first = np.cumsum([0, *(level.size for level in levels[:-1])]).astype(np.int32)
-    hierarchy = scalable.Hierarchy(np.concatenate([level.ravel() for level in levels]), first, options.log_q)
-    falloff = falloff_of(options, rays, radius, dtype)
-    visibility, outside = np.empty_like(z), np.empty(z.shape[0], np.int64)
-    taps, landing = spiral_taps(options, dtype), LANDINGS[options.landing]
-    angles = tap_angles(options).astype(np.float32) if options.angle_sum == "float32" else None
-    scalable.scalable_visibility(surface, hierarchy, taps, landing, angles, rays, falloff, visibility, outside)
-    return visibility, int(outside.sum())
+    return Levels(np.concatenate([level.ravel() for level in levels]), first)
 
 
-def spiral_taps(options: SaoOptions, dtype: np.dtype[Any]) -> Texture:
-    """Taps at angle 0 (equations 6 and 7)."""
-    taps, tau = np.empty((options.taps, 3), dtype), options.turns or best_turns(options.taps)
-    spiral.unit_taps(tau, taps)
+def sao_view(buffers: Buffers, z: Texture, normals: str = "face") -> FloatView:
+    """Return a view with z in place of depth, points and face normals made of it; normals: that of ``SaoOptions``.
+
+    A module's points are those of its positions texture. Places are image points.
+    """
+    rays = texel_rays(buffers.view, z.dtype)
+    view = float_view(buffers, ())._replace(kind=MATRIX, depth=z.ravel(), surfaces=z.ravel(), rays=rays)
+    made = np.empty((*z.shape, 3), z.dtype)
+    if buffers.view.screen_to_world is not None:
+        rebuild_positions(view, made)
+        view = view._replace(positions=made.ravel())
+    if normals == "face":
+        made = np.empty_like(made)
+        face_normals(view, made)
+        view = view._replace(normals=made.ravel())
+    return view
+
+
+def sample(buffers: Buffers, z: Texture, radius: float, options: AnyOptions) -> tuple[Texture, int]:
+    """Return A before averaging, (H, W), and how many taps fell outside the texture; radius: r > 0, world units."""
+    view = sao_view(buffers, z, options.normals)
+    levels = levels_of(z_hierarchy(z, options.mip, options.max_level, view.rays.origin))
+    sums = run_kernel(sum_samples, z, view._replace(levels=levels), sao_numbers(options, view.rays, radius, z))
+    return np.fmax(0, 1 - scale_of(options, z.dtype) * sums.texture), sums.outside
+
+
+def unit_taps(options: SaoOptions, dtype: np.dtype[Any]) -> Texture:
+    """Taps at angle 0 (equations 6 and 7), (s, 3)."""
+    taps = np.empty((options.taps, 3), dtype)
+    spiral.unit_taps(options.turns or best_turns(options.taps), taps)
     if options.full_turn == "6.28":
-        angles = (3.14 * ((2 * i + 1) * tau / options.taps) / PI for i in range(options.taps))
-        taps[:, :2] = [sincospi(angle)[::-1] for angle in angles]
+        taps[:, :2] = [sincospi(angle / PI)[::-1] for angle in tap_angles(options).tolist()]
     return taps
 
 
@@ -172,25 +190,33 @@ def tap_angles(options: SaoOptions) -> NDArray[np.float64]:
     return np.array([half * ((2 * i + 1) * tau / options.taps) for i in range(options.taps)])
 
 
-def falloff_of(options: SaoOptions, rays: TexelRays, radius: float, dtype: np.dtype[Any]) -> scalable.Falloff:
-    """Numbers of a term, made in float64."""
-    one, taps = dtype.type, options.taps
-    if isinstance(options, Equation1Options):
-        cubed, scale, bias, slope, epsilon = 0, 2 * options.sigma / taps, 0.0, options.beta, options.epsilon
-    else:
-        assert isinstance(options, AppendixOptions)
-        cubed, scale, bias, slope, epsilon = 1, 5 * options.intensity / taps, options.beta, 0.0, options.epsilon
-    units = rays.units if rays.kind == SEPARABLE else np.ones(3)
+def scale_of(options: AnyOptions, dtype: np.dtype[Any]) -> Any:
+    """The factor of the sum of terms in A."""
+    strength = 2 * options.sigma if isinstance(options, Equation1Options) else 5 * options.intensity
+    with np.errstate(over="ignore"):
+        return dtype.type(strength / options.taps)
+
+
+def sao_numbers(options: AnyOptions, rays: TexelRays, radius: float, z: Texture) -> Sao:
+    """Numbers of taps and terms, made in float64, in the dtype of z."""
+    one, first = z.dtype.type, isinstance(options, Equation1Options)
+    units, slope = rays.units if rays.table is None else np.ones(3), options.beta if first else 0.0
     with np.errstate(over="ignore", under="ignore", divide="ignore"):  # of radii that the dtype does not hold
-        return scalable.Falloff(
+        return Sao(
+            points=unit_taps(options, z.dtype),
+            angles=tap_angles(options) if options.angle_sum == "float32" else None,
+            landing=LANDINGS[options.landing],
+            height=z.shape[0],
+            width=z.shape[1],
             reach_u=one(options.reach * radius / units[0]),
             reach_v=one(options.reach * radius / units[1]),
             inverse=one(1 / radius) if isfinite(1 / radius) else one(np.inf),
-            cubed=one(cubed),
-            bias=one(bias),
+            cubed=not first,
+            bias=one(0.0 if first else options.beta),
             depth_bias=one(slope * float(rays.units[2]) / radius) if slope > 0 else one(0),
-            epsilon=one(epsilon),
-            scale=one(scale),
+            origin=one(rays.origin),
+            epsilon=one(options.epsilon),
+            log_q=options.log_q,
         )
 
 
@@ -219,13 +245,13 @@ def reconstruct(visibility: Texture, keys: Texture, gauss: float, sharpness: flo
     return visibility
 
 
-def sao(buffers: Buffers, radius: float, points: None, weights: None, options: SaoOptions) -> Occlusion:
+def sao(buffers: Buffers, radius: float, points: None, weights: None, options: AnyOptions) -> Occlusion:
     """Return occlusion by all passes; a camera's positions are not read, and it takes no samples but its own taps."""
     z = linear_z(buffers)
     if radius == 0:  # an empty ball holds nothing
         return Occlusion(np.zeros_like(z), 0)
     rays = texel_rays(buffers.view, z.dtype)
-    visibility, outside = sample(buffers, z, rays, radius, options)
+    visibility, outside = sample(buffers, z, radius, options)
     averaged = np.empty_like(visibility)
     with np.errstate(over="ignore"):
         edge = z.dtype.type(options.quad_edge * radius / float(rays.units[2]))
@@ -235,7 +261,7 @@ def sao(buffers: Buffers, radius: float, points: None, weights: None, options: S
         keys = keys_of(z, rays.origin, options.z_min)
         visibility = reconstruct(visibility, keys, options.gauss, options.sharpness, options.packed)
     occlusion = np.empty_like(z)
-    scalable.occlusion_of(visibility, z, options.k if isinstance(options, Equation1Options) else 1.0, occlusion)
+    passes.occlusion_of(visibility, z, options.k if isinstance(options, Equation1Options) else 1.0, occlusion)
     return Occlusion(occlusion, outside)
 
 

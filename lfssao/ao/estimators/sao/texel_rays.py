@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.sao.kernels.reconstruct import SEPARABLE, TABLE, TexelRays, linear_depth, rebuild_positions
+from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays, linear_depth
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX
@@ -18,7 +18,7 @@ from lfssao.optics.view import View
 @lru_cache(maxsize=2)
 def texel_rays(view: View, dtype: np.dtype[Any]) -> TexelRays:
     """Return the rays of a view's texels; the last two views are kept, as every radius and pass asks again."""
-    numbers, table, kind, origin = np.zeros(10), np.zeros((4, 0)), SEPARABLE, 0.0
+    numbers, table, origin = np.zeros(10), None, 0.0
     if view.rays.kind == MATRIX:
         f_u, f_v, c_u, c_v, _, _, orthographic, _ = Pinhole(*view.lens.tolist())
         if orthographic:
@@ -30,13 +30,12 @@ def texel_rays(view: View, dtype: np.dtype[Any]) -> TexelRays:
         numbers[:5] = u_0, 0, 1 / u_scale, m_x / m_z, -1 / (u_scale * m_z)
         numbers[5:] = v_0, 0, 1 / v_scale, y_o / origin, -1 / (v_scale * origin)
     else:
-        kind, table, origin = TABLE, _table(view), float(view.lens[4])
+        table, origin = _table(view), float(view.lens[4])
     linear = view.world_from_cast[:, :3]
     units = [sqrt((x * x + y * y) + z * z) for x, y, z in linear.T.tolist()]
     return TexelRays(
-        kind=kind,
         numbers=numbers.astype(dtype),
-        table=table.astype(dtype),
+        table=None if table is None else table.astype(dtype),
         world=np.ravel(view.world_from_cast).astype(dtype),
         units=np.array(units),
         origin=origin,
@@ -68,12 +67,3 @@ def linear_z(buffers: Buffers) -> Texture:
     z = np.empty_like(depth)
     linear_depth(depth, perspective, *(depth.dtype.type(number) for number in c), z)
     return z
-
-
-def positions_of(buffers: Buffers, z: Texture, rays: TexelRays) -> Texture:
-    """Return world positions, (H, W, 3): a module's positions texture, a camera's depth by equation 3 of SAO."""
-    if buffers.view.screen_to_world is None:
-        return np.ascontiguousarray(buffers.positions)
-    positions = np.empty((*z.shape, 3), z.dtype)
-    rebuild_positions(z, rays, positions)
-    return positions

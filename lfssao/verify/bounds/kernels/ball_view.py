@@ -4,16 +4,30 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lfssao.ao.estimators.sao.kernels.reconstruct import face_normal, on_ray
 from lfssao.ao.kernels.float_view import row_of_texel
-from lfssao.core.balls import SAFETY, UNKNOWN, Ball
+from lfssao.ao.kernels.levels import level_texel, mip_level
+from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_between
+from lfssao.core.doubts import Doubt
 from lfssao.core.numbers import formula, where_none
-from lfssao.core.places import offset_spot, point_spot, row_of_spot
+from lfssao.core.places import image_or, offset_spot, point_spot, row_of
 from lfssao.core.vectors import Vector, dot
 from lfssao.optics.kernels.projection import image_of
+from lfssao.samples.kernels.spiral import summed_angle, unit_of
 from lfssao.verify.bounds.kernels.images import certain, linear_room
 from lfssao.verify.bounds.kernels.moment_balls import filtered_balls
 
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
+_NEAR = 2.0**-6  # radians up to which two sums are one with an error; it is twice a sample's own error
+_FAR = 2.0**21  # texels, beyond which no sample lies
+
+
+class BallLevels(NamedTuple):
+    """The least and the largest z of ``lfssao.ao.kernels.levels.Levels``, and where each begins."""
+
+    low: np.ndarray
+    high: np.ndarray
+    first: np.ndarray
 
 
 @formula
@@ -27,14 +41,14 @@ def _vector(view, texture, texel, error):
 def image_at(view, place, z):
     """The image point u, v of a place of balls, at cast z, and whether there is one."""
     m = view.rows
-    a, b, q = row_of_spot(m, 0, place), row_of_spot(m, 1, place), row_of_spot(m, 2, place)
-    return image_of(view.kind, view.lens, a, b, q, z)
+    a, b, q = row_of(m, 0, place), row_of(m, 1, place), row_of(m, 2, place)
+    return image_or(place, image_of(view.kind, view.lens, a, b, q, z))
 
 
 @formula
 def _divided(view, z, place):
     """A camera's image z of a place of row z, in doubt where the divisor may be 0 or less: nothing is seen there."""
-    q = row_of_spot(view.rows, 2, place)
+    q = row_of(view.rows, 2, place)
     if not q.value > q.error * SAFETY:
         return view.ball(0.0, UNKNOWN)
     return z / q
@@ -44,6 +58,31 @@ def _divided(view, z, place):
 def _with_room(view, z):
     """A camera's image z, and by how much it may seem off where a renderer compares distances (``linear_room``)."""
     return view.ball(z.value, min(UNKNOWN, z.error * SAFETY + linear_room(view.rows, 12, 8, z, view.by)))
+
+
+@formula
+def _position(rays, view, texel):
+    """A texel's point: of the positions texture, or where it is made of depth, of that."""
+    if rays is None or not view.remade:
+        return _vector(view, view.positions, texel, 0.0)
+    return on_ray(view, texel, view.surface(texel))
+
+
+@formula
+def _normal(rays, view, texel):
+    """A texel's normal: of the normals texture, or where it is made of points, of these."""
+    if rays is None or not view.faces:
+        return _vector(view, view.normals, texel, 0.0)
+    size = view.low.shape[0] // view.width, view.width
+    return face_normal(view, np.int64(texel), np.int64(view.column(texel)), np.int64(view.row(texel)), size)
+
+
+@formula
+def _in_any_axes(v):
+    """A vector with its roundings in any axes, whose coordinates differ."""
+    size, own = abs(v.x.value) + abs(v.y.value) + abs(v.z.value), v.x.error + v.y.error + v.z.error
+    e = own + 4.0 * v.x.operation * (size + own)
+    return Vector(Ball(v.x.value, e, v.x), Ball(v.y.value, e, v.x), Ball(v.z.value, e, v.x))
 
 
 class BallView(NamedTuple):
@@ -72,15 +111,19 @@ class BallView(NamedTuple):
     moments_of: Any = None  # ``moment_balls.BallPyramid``, where textures are filtered
     divides: Any = None
     asked: np.ndarray = np.zeros(2)
+    rays: Any = None
+    levels: Any = None  # ``BallLevels``
+    remade: bool = False  # whether a renderer makes points of depth, by the rays
+    faces: bool = False  # whether it makes normals of points
 
     def ball(self, value, error):
         return Ball(np.float64(value), np.float64(error), certain(0.0, self.by))
 
     def position(self, texel):
-        return _vector(self, self.positions, texel, 0.0)
+        return _position(self.rays, self, texel)
 
     def normal(self, texel):
-        return _vector(self, self.normals, texel, 0.0)
+        return _normal(self.rays, self, texel)
 
     def direction(self, texel):
         return _vector(self, self.directions, texel, LOOK)
@@ -91,6 +134,21 @@ class BallView(NamedTuple):
     def turn_by_angle(self, texel):
         off = self.by.angle if self.turned else 0.0
         return self.ball(self.turns[0, texel], off), self.ball(self.turns[1, texel], off)
+
+    def sine_of_angle(self, x):
+        return self.ball(x, self.by.angle)
+
+    def hashed_turn(self, at, angle):
+        # A sum in float32 is the nearest number: either of two, where the angle may be on both sides of their middle.
+        off = self.by.quotient + 3.0 * self.by.operation  # of a product of 2 pi, tau and alpha
+        low = summed_angle(at[0].value, at[1].value, angle * (1.0 - off))
+        high = summed_angle(at[0].value, at[1].value, angle * (1.0 + off))
+        two, error = high - low > _NEAR, self.by.operation + self.by.angle
+        if two:
+            self.asked[0] = 1.0
+        sine, cosine = unit_of(high if two and self.asked[1] == 1.0 else low)
+        error += 0.0 if two else high - low
+        return self.ball(cosine, error), self.ball(sine, error)
 
     def fork(self, condition):
         if condition.may == condition.must:
@@ -105,6 +163,23 @@ class BallView(NamedTuple):
     def image_z(self, texel):
         z = self.surface(texel)
         return where_none(self.divides, z, _with_room(self, z))
+
+    def coarse_z(self, seen, h, log_q):
+        first, error = self.levels.first, h.error * SAFETY
+        bits, top, width = np.int32(log_q), np.int32(first.shape[0] - 1), np.int32(self.width)
+        row, column = np.int32(self.row(seen)), np.int32(self.column(seen))
+        low, high = mip_level(max(h.value - error, 0.0), bits, top), mip_level(min(h.value + error, _FAR), bits, top)
+        near, far = np.inf, -np.inf
+        for level in range(low, high + 1):
+            place = level_texel(first, np.int32(level), column, row, width)
+            near, far = min(near, self.levels.low[place]), max(far, self.levels.high[place])
+        like = certain(0.0, self.by)
+        if far < np.inf:
+            return ball_between(near, far, like), Doubt(True, True)
+        return Ball(0.0, UNKNOWN, like), Doubt(near < np.inf, False)
+
+    def apart(self, there, here):
+        return _in_any_axes(there - here) if self.remade else there - here
 
     def sample_offset(self, x):
         return self.ball(x, self.by.offset * abs(x))
@@ -137,7 +212,7 @@ class BallView(NamedTuple):
         return offset_spot(direction)
 
     def depth_at(self, place):
-        z = row_of_spot(self.rows, 3, place)
+        z = row_of(self.rows, 3, place)
         return where_none(self.divides, z, _with_room(self, _divided(self, z, place)))
 
     def depth_along(self, direction):
@@ -151,4 +226,5 @@ def answering(view, asked):
     return BallView(
         view.depth, view.positions, view.normals, view.directions, view.turns, view.kind, view.rows, view.lens,
         view.axes, view.width, view.low, view.high, view.by, view.turned, view.moments_of, view.divides, asked,
+        view.rays, view.levels, view.remade, view.faces,
     )  # fmt: skip

@@ -35,7 +35,6 @@ class Seen(NamedTuple):
     normals: Any = NOTHING  # (H, W, 3) float32
     directions: Any = NOTHING  # (H, W, 3) float32: viewing directions
     axis: Any = np.zeros(4)  # the last row of ``cast_from_world``
-    right: Any = np.zeros(3)  # the view's rightward direction
     low: Any = np.empty((0, 0))  # (H, W) float64: least and largest depth of each surface, by ``write_depths``
     high: Any = np.empty((0, 0))
     room: float = 0.0  # relative error of depth, where renderers may make image z of another

@@ -60,8 +60,8 @@ def _bound_texel(view, seen, estimator, largest, jumps, forks, texel):
                 if error < UNKNOWN:
                     least, most = min(least, max(term.value - error, 0.0)), max(most, term.value + error)
                 else:
-                    least, most = 0.0, largest
-            lower, upper, one_texel = min(lower, least), max(upper, most), one_texel and box.sure
+                    least, most, one_texel = 0.0, largest, False
+            lower, upper, one_texel = min(lower, least), max(upper, most), one_texel and box.sure and answer == 0
         lower = lower if counts.must else 0.0
         low, high = low + lower, high + upper
         sure = upper - lower <= _OPEN * upper if jumps else one_texel and counts.must

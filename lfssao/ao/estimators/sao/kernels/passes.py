@@ -8,6 +8,7 @@ G = B = 255 is kept for texels without a surface, so that the three bytes are al
 
 import numpy as np
 
+from lfssao.core.elementary import power
 from lfssao.core.jit import kernel
 
 
@@ -104,3 +105,19 @@ def bilateral(begin, stop, values, keys, weights, step, sharpness, target):
         for i in range(width):
             quotient = total[i] / weight[i]
             out[np.uint64(j * width + i)] = quotient if weight[i] > zero else one
+
+
+@kernel(rows="z")
+def occlusion_of(begin, stop, visibility, z, k, occlusion):
+    """1 - A^k, A^k in float64 (lfssao.core.elementary) rounded once; 0 where there is no surface. (H, W), k float64."""
+    width = z.shape[1]
+    for j in range(begin, stop):
+        one, zero = z.dtype.type(1), z.dtype.type(0)
+        if k == 1.0:  # as power has it, but in vectors
+            for i in range(width):
+                a = one - visibility[j, i]
+                occlusion[j, i] = a if z[j, i] < np.inf else zero
+        else:
+            for i in range(width):
+                a = z.dtype.type(power(np.float64(visibility[j, i]), k))
+                occlusion[j, i] = one - a if z[j, i] < np.inf else zero

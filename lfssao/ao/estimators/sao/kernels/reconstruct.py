@@ -2,80 +2,183 @@
 
 The points that land on image point (u, v) are a straight ray in cast space, (x(z), y(z), z). Its numbers:
 
-SEPARABLE   x = (a + b U) + z (c + d U) with U = u - u_c: five numbers, u_c, a, b, c, d, then as many for y and v.
+separable   x = (a + b U) + z (c + d U) with U = u - u_c: five numbers, u_c, a, b, c, d, then as many for y and v.
             Cameras, whose a = b = 0 (perspective, equation 3) or c = d = 0 (orthographic), and flat displays with the
             linear diffuser, where both parts are needed.
-TABLE       four numbers a texel, a, b, c, d: x = a + b z, y = c + d z, NaN where it has no ray. Any display.
+a table     four numbers a texel, a, b, c, d: x = a + b z, y = c + d z, NaN where it has no ray. Any display.
 
 Equation 3 in these letters: (1 - P_02) / P_00 - 2 (x' + 1/2) / (w P_00) is -(c + d U), as the paper's z is negative.
 Its y term has one minus too many; ours is that for which projecting the point gives the texel back.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lfssao.core.jit import kernel
-from lfssao.core.vectors import unit
-from lfssao.optics.kernels.projection import affine_row, linear_row
-
-SEPARABLE = 0
-TABLE = 1
+from lfssao.core.numbers import as_float, formula, line, number, plain, select, surely
+from lfssao.core.places import affine
+from lfssao.core.vectors import Vector, cross, dot, unit_vector
 
 
 class TexelRays(NamedTuple):
     """The rays of a view's texels in cast space, arrays of the arithmetic's dtype.
 
-    kind: SEPARABLE or TABLE. numbers: (10,) of a SEPARABLE view. table: (4, H * W) of a TABLE, else (4, 0). world:
-    (12,), rows of four of the affine map cast space -> world. units: (3,) float64, world length of a unit along each
-    axis of cast space. origin: z of cast space from which distances from the viewer are counted, 0 for a camera, the
-    observers' z for a module.
+    numbers: (10,) of separable rays. table: (4, H * W), or None of separable rays. world: (12,), rows of four of the
+    affine map cast space -> world. units: (3,) float64, world length of a unit along each axis of cast space. origin: z
+    of cast space from which distances from the viewer are counted, 0 for a camera, the observers' z for a module.
     """
 
-    kind: int
     numbers: np.ndarray
-    table: np.ndarray
+    table: Any
     world: np.ndarray
     units: np.ndarray
     origin: float
 
 
-@kernel(inline=True)
-def line_point(m, k, u, z):
-    """One coordinate of a SEPARABLE ray's point at z, numbers from m[k] on: (a + b U) + z (c + d U), U = u - u_c."""
-    at = u - m[k]
-    return (m[k + 1] + m[k + 2] * at) + z * (m[k + 3] + m[k + 4] * at)
+@formula
+def _ray(table, numbers, column, row, texel, like):
+    """A texel's ray: x and y at cast z 0, and by how much they change with z."""
+    if table is None:
+        m, u, v = numbers, number(column + 0.5, like), number(row + 0.5, like)
+        start = line(m[1], m[2], u, m[0]), line(m[6], m[7], v, m[5])
+        return start, (line(m[3], m[4], u, m[0]), line(m[8], m[9], v, m[5]))
+    start = number(table[0, texel], like), number(table[2, texel], like)
+    return start, (number(table[1, texel], like), number(table[3, texel], like))
 
 
-@kernel(inline=True)
-def ray_point(m, i, j, z):
-    """X and y of texel (i, j)'s SEPARABLE ray at z, m its ten numbers."""
-    half = type(z)(0.5)
-    return line_point(m, 0, type(z)(i) + half, z), line_point(m, 5, type(z)(j) + half, z)
+@formula
+def _ray_of(view, texel, like):
+    """``_ray`` of a view's texel, numbers of the kind of another."""
+    return _ray(view.rays.table, view.rays.numbers, view.column(texel), view.row(texel), texel, like)
 
 
-@kernel(inline=True)
-def table_point(table, texel, z):
-    """X and y of a texel's ray in a TABLE at z."""
-    return table[0, texel] + z * table[1, texel], table[2, texel] + z * table[3, texel]
+@formula
+def _ray_point(rays, column, row, texel, z):
+    """World coordinates of the point of a texel's ray at cast z (equation 3)."""
+    (a, b), (c, d) = _ray(rays.table, rays.numbers, column, row, texel, z)
+    at = Vector(a + z * c, b + z * d, z)
+    return Vector(affine(rays.world, 0, at), affine(rays.world, 1, at), affine(rays.world, 2, at))
 
 
-@kernel(rows="z")
-def rebuild_positions(begin, stop, z, rays, positions):
-    """Equation 3: world positions of all texels, (H, W, 3), out, of z, (H, W); +infinity where there is no surface."""
-    width = z.shape[1]
-    m, nothing = rays.world, z.dtype.type(np.inf)
-    depths, out = z.reshape(-1), positions.reshape(-1)
+@formula
+def on_ray(view: Any, texel: Any, z: Any) -> Any:
+    """``_ray_point`` of a view's texel."""
+    return _ray_point(view.rays, view.column(texel), view.row(texel), texel, z)
+
+
+@formula
+def _to_world(m, v):
+    """World coordinates of a vector of cast space."""
+    x = Vector(number(m[0], v.x), number(m[1], v.x), number(m[2], v.x))
+    y = Vector(number(m[4], v.x), number(m[5], v.x), number(m[6], v.x))
+    z = Vector(number(m[8], v.x), number(m[9], v.x), number(m[10], v.x))
+    return Vector(dot(x, v), dot(y, v), dot(z, v))
+
+
+@formula
+def _ray_gap(view, one, other, z):
+    """Distance in world space between two texels' rays at one cast z."""
+    (a, b), (c, d) = _ray_of(view, one, z)
+    (p, q), (r, s) = _ray_of(view, other, z)
+    v = _to_world(view.rays.world, Vector((p - a) + z * (r - c), (q - b) + z * (s - d), number(0, z)))
+    return np.sqrt(dot(v, v))
+
+
+@formula
+def _spacing(table, view, texel, size, z):
+    if table is None:
+        m = view.rays.numbers
+        return abs(m[2] + z * m[4]), abs(m[7] + z * m[9])
+    (height, width), here = size, np.int64(texel)
+    column, row = np.int64(view.column(texel)), np.int64(view.row(texel))
+    right = here + 1 if column + 1 < width else here - min(column, 1)
+    below = here + width if row + 1 < height else here - width * min(row, 1)
+    return _ray_gap(view, here, right, z), _ray_gap(view, here, below, z)
+
+
+@formula
+def spacing(view: Any, texel: Any, size: Any, z: Any) -> Any:
+    """Lengths across and down of a texel at one cast z, size (height, width).
+
+    Separable rays: |b + z d|, cast space; equation 5's z / S' of a camera. A table: distances in world space from its
+    ray to the next texel's across and down (the one before it at the end of a row or column, 0 where it is alone).
+    """
+    return _spacing(view.rays.table, view, texel, size, z)
+
+
+@formula
+def _partner(view, texel, step, odd, before, after):
+    """Texel number for the difference along an axis: the pair's other one, else that on the other side, else ``texel``.
+
+    step: between neighbours along the axis; odd: whether this is the pair's second; before, after: whether there are
+    neighbours in the texture.
+    """
+    one, other = np.uint32(select(before, texel - step, texel)), np.uint32(select(after, texel + step, texel))
+    before, after = before & view.shows(one), after & view.shows(other)
+    first, second = select(before, one, np.uint32(texel)), select(after, other, np.uint32(texel))
+    return select(odd, select(before, one, second), select(after, other, first))
+
+
+@formula
+def face_normal(view, texel, column, row, size):
+    """Equation 4: the unit normal of texel (column, row) from differences of positions, towards the viewer.
+
+    A gradient is that of GPUs, within quads of 2x2 texels whose first corner is even: both texels of a pair share one
+    difference. Readings: where the pair's other texel is outside or sees no surface, the difference is to the other
+    side; where there is neither, or the differences are parallel, the normal is the direction towards the viewer.
+    The product's sign is that with which the normal points against the texel's ray.
+    """
+    (height, width), here = size, view.position(texel)
+    across = _partner(view, texel, 1, (column & 1) == 1, column > 0, column + 1 < width)
+    down = _partner(view, texel, width, (row & 1) == 1, row > 0, row + 1 < height)
+    _, (c, d) = _ray(view.rays.table, view.rays.numbers, column, row, texel, here.x)
+    away = _to_world(view.rays.world, Vector(c, d, number(1, here.x)))
+    n = cross(view.apart(view.position(across), here), view.apart(view.position(down), here))
+    alone = (across == texel) | (down == texel)  # without branches: beside a view they cost six times the rest
+    n = unit_vector(Vector(select(alone, away.x, n.x), select(alone, away.y, n.y), select(alone, away.z, n.z)))
+    behind = dot(n, away)
+    n = select(view.fork(behind > 0), number(-1, behind), 1) * n
+    turned = (behind > 0) | (behind < 0)
+    if not surely(turned):
+        other = number(-1, behind) * unit_vector(away)
+        n = Vector(select(turned, n.x, other.x), select(turned, n.y, other.y), select(turned, n.z, other.z))
+    return n
+
+
+@kernel(rows="positions")
+def rebuild_positions(begin, stop, view, positions):
+    """Equation 3: world positions of all texels, (H, W, 3), out; +infinity where there is no surface.
+
+    view: ``FloatView``, whose ``surfaces`` are cast z and which has rays.
+    """
+    width, nothing, out = positions.shape[1], positions.dtype.type(np.inf), positions.reshape(-1)
     for j in range(begin, stop):
         for i in range(width):
             texel = np.uint64(j * width + i)
-            depth, place = depths[texel], np.uint64(3) * texel
-            if rays.kind == SEPARABLE:
-                x, y = ray_point(rays.numbers, np.int32(i), np.int32(j), depth)
-            else:
-                x, y = table_point(rays.table, texel, depth)
-            for k in range(3):
-                out[place + np.uint64(k)] = affine_row(m, k, x, y, depth) if depth < np.inf else nothing
+            there, place = view.shows(texel), np.uint64(3) * texel
+            at = _ray_point(view.rays, np.int32(i), np.int32(j), texel, view.surface(texel))
+            out[place] = plain(at.x) if there else nothing
+            out[place + np.uint64(1)] = plain(at.y) if there else nothing
+            out[place + np.uint64(2)] = plain(at.z) if there else nothing
+
+
+@kernel(rows="normals")
+def face_normals(begin, stop, view, normals):
+    """Unit normals of all texels (``face_normal``), (H, W, 3), out; 0 where there is no surface; view: ``FloatView``.
+
+    Its depth is +infinity where there is no surface, and it has rays.
+    """
+    height, width, _ = normals.shape
+    zero, out = as_float(normals.dtype.type(0)), normals.reshape(-1)
+    for j in range(begin, stop):
+        for i in range(width):
+            texel = np.uint32(j * width + i)
+            n = Vector(zero, zero, zero)
+            if view.shows(texel):
+                n = face_normal(view, texel, np.uint32(i), np.uint32(j), (height, width))
+            place = np.uint64(3) * np.uint64(texel)
+            out[place], out[place + np.uint64(1)], out[place + np.uint64(2)] = plain(n.x), plain(n.y), plain(n.z)
 
 
 @kernel(rows="depth")
@@ -96,72 +199,3 @@ def linear_depth(begin, stop, depth, perspective, c_0, c_1, c_2, z):
             below = d * c_1 + c_2
             seen = (c_0 / below if below > 0 else nothing) if perspective else c_0 + d * c_1
             z[j, i] = seen if d < np.inf else nothing
-
-
-@kernel(inline=True)
-def texel_direction(rays, i, j, width):
-    """Direction in which texel (i, j) looks, world space, of any length."""
-    m, numbers, one, half = rays.world, rays.numbers, rays.world.dtype.type(1), rays.world.dtype.type(0.5)
-    if rays.kind == SEPARABLE:
-        x = numbers[3] + numbers[4] * ((m.dtype.type(i) + half) - numbers[0])
-        y = numbers[8] + numbers[9] * ((m.dtype.type(j) + half) - numbers[5])
-    else:
-        x, y = rays.table[1, j * width + i], rays.table[3, j * width + i]
-    return linear_row(m, 0, x, y, one), linear_row(m, 1, x, y, one), linear_row(m, 2, x, y, one)
-
-
-@kernel(inline=True)
-def partner(depths, texel, step, odd, before, after):
-    """Texel number for the difference along an axis: the pair's other one, else that on the other side, else ``texel``.
-
-    step: between neighbours along the axis; odd: whether this is the pair's second; before, after: whether there are
-    neighbours in the texture.
-    """
-    before = before and depths[np.uint64(texel - step if before else texel)] < np.inf
-    after = after and depths[np.uint64(texel + step if after else texel)] < np.inf
-    if odd:
-        return texel - step if before else texel + step if after else texel
-    return texel + step if after else texel - step if before else texel
-
-
-@kernel(inline=True)
-def difference(places, one, other):
-    """Position of texel ``one`` less that of texel ``other``."""
-    a, b = np.uint64(3 * one), np.uint64(3 * other)
-    u, v = np.uint64(1), np.uint64(2)
-    return places[a] - places[b], places[a + u] - places[b + u], places[a + v] - places[b + v]
-
-
-@kernel(rows="z")
-def face_normals(begin, stop, z, positions, rays, normals):
-    """Equation 4: unit normals from the differences of neighbouring positions, towards the viewer.
-
-    A gradient is that of GPUs, within quads of 2x2 texels whose first corner is even: both texels of a pair share one
-    difference. Readings: where the pair's other texel is outside or sees no surface, the difference is to the other
-    side; where there is neither, or the differences are parallel, the normal is the direction towards the viewer.
-    The product's sign is that with which the normal points against the texel's ray.
-
-    z: (H, W), +infinity where there is no surface; positions, normals: (H, W, 3), world space; normals, out, are 0
-    where there is no surface.
-    """
-    height, width = z.shape
-    depths, places, out = z.reshape(-1), positions.reshape(-1), normals.reshape(-1)
-    for j in range(begin, stop):
-        zero = z.dtype.type(0)
-        for i in range(width):
-            texel = j * width + i
-            nx, ny, nz = zero, zero, zero
-            if depths[np.uint64(texel)] < np.inf:
-                across = partner(depths, texel, 1, i & 1, i > 0, i + 1 < width)
-                down = partner(depths, texel, width, j & 1, j > 0, j + 1 < height)
-                ax, ay, az = difference(places, across, texel)
-                bx, by, bz = difference(places, down, texel)
-                nx, ny, nz = unit(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
-                dx, dy, dz = texel_direction(rays, np.int32(i), np.int32(j), width)
-                away = (nx * dx + ny * dy) + nz * dz
-                if away > zero:
-                    nx, ny, nz = -nx, -ny, -nz
-                elif not away < zero:
-                    nx, ny, nz = unit(-dx, -dy, -dz)
-            place = np.uint64(3 * texel)
-            out[place], out[place + np.uint64(1)], out[place + np.uint64(2)] = nx, ny, nz

@@ -164,21 +164,6 @@ def unit(vectors):
     return vectors / np.sqrt(x * x + y * y + z * z)[..., None]
 
 
-def mirrored(tiles, shape):
-    """Mirrors of every texel, (H, W, 2 or 3), of those of a tile."""
-    j, i = np.indices(shape)
-    return np.moveaxis(tiles[:, j % 4, i % 4], 0, -1)
-
-
-def disk_axes(view, ways, mirrors, turn=(1.0, 0.0)):
-    """Axes across viewing directions, the first of them to the right, turned and mirrored."""
-    right = unit(view.world_from_cast[:, 0])
-    a = unit(right - np.einsum("k,ijk->ij", right, ways)[..., None] * ways)
-    (c, s), b = np.moveaxis(mirrors, -1, 0).astype(float), np.cross(ways, a)
-    c, s = (k[..., None] for k in (c * turn[0] + s * turn[1], s * turn[0] - c * turn[1]))
-    return c * a + s * b, s * a - c * b
-
-
 def seen_along(view, depth, positions, normals=None, turns=None, ways=None):
     """Buffers whose texels look in directions of their own."""
     made = Buffers(view, depth, positions, normals, turns)

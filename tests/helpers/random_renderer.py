@@ -421,61 +421,6 @@ def mapping_of(given):
     return given.view.world_to_image.kind, single(given.view.world_to_image.numbers)
 
 
-def cast_depths(ar, given, point, axis, u, v, valid):
-    """Whether image points see a surface, the row and column that they read, and the surface's cast z."""
-    there, j, i = inside(given.depth, u, v, valid)
-    surface = ar.full(given.depth.astype(np.float64))
-    if given.view.world_to_image.kind == MATRIX:
-        surface = np.where(np.isfinite(surface), row(ar, axis, 0, point, STILL)[..., 0], np.inf)
-    seen = surface[np.arange(ar.renderers)[:, None, None, None], j, i]
-    return there & np.isfinite(given.depth[j, i]), j, i, seen
-
-
-@np.errstate(all="ignore")
-def hidden_volume(ar, given, points, weights, radius, thickness, mirrors):
-    """VO's hidden fraction of the ball by points, of every renderer: (R, H, W); normals 0: the whole ball."""
-    (kind, m), n = mapping_of(given), len(points)
-    axis, depth = np.append(single(given.view.cast_from_world[2]), np.zeros(12)), given.depth
-    o = [ar.full(single(points)[None, None, :, k]) for k in range(3)]
-    point, mirror, normal = (spread(ar, texture) for texture in (given.positions, mirrors, given.normals))
-    rows, r = range(4 if kind == MATRIX else 3), single(radius)
-    if given.turns is not None:
-        o = turned(ar, o, turn_of(ar, given.turns))
-    along = ar.total(o, mirror)
-    if ar.rng.random() < 0.5:  # reflected in the world
-        o = [ar.subtract(a, ar.multiply(2 * along, b)) for a, b in zip(o, mirror, strict=True)]
-        lift = np.minimum(ar.total(o, normal), 0)
-        o = [ar.fused(-2 * lift, b, a) for a, b in zip(o, normal, strict=True)]
-        o = [ar.multiply(r, a) for a in o]
-        sums = [row(ar, m, k, point, o) for k in rows]
-        deep = row(ar, axis, 0, point, o)
-    else:  # row by row, as the specification has it
-        across = 2 * ar.total(mirror, normal)
-        lift = np.minimum(ar.subtract(ar.total(o, normal), ar.multiply(along, across)), 0)
-
-        def reflected(m, k):
-            linear = m[4 * k : 4 * k + 3]
-            s = ar.fused(r, ar.total(linear, o), row(ar, m, k, point, STILL))
-            s = ar.fused(-along, ar.multiply(2 * r, ar.total(linear, mirror)), s)
-            return ar.subtract(s, ar.multiply(lift, ar.multiply(2 * r, ar.total(linear, normal))))
-
-        sums, deep = [reflected(m, k) for k in rows], reflected(axis, 0)
-    u, v, z, valid = project(ar, kind, m, *sums)
-    z = deep if kind == MATRIX else z
-    there, _, _, surface = cast_depths(ar, given, point, axis, u, v, valid)
-    before = ar.subtract(z, surface)
-    hidden = there & (before > 0)
-    if thickness > 0:
-        steep = ar.total(axis[:3], spread(ar, given.directions))
-        reach = ar.choose(ar.lot(0.5), ar.multiply(ar.multiply(single(thickness / radius), r), steep),
-                          ar.multiply(single(thickness), steep))  # fmt: skip
-        hidden &= before <= reach
-    total = np.zeros(hidden.shape[:-1])
-    for s in ar.order(n):
-        total = ar.add(total, np.where(hidden[..., s], single(weights)[s], 0.0))
-    return np.where(np.isfinite(depth), np.minimum(total, 1.0), 0.0)
-
-
 def across(ar, a, b):
     """Cross product a x b."""
     return [ar.fused(a[k - 2], b[k - 1], -ar.multiply(a[k - 1], b[k - 2])) for k in range(3)]
@@ -485,72 +430,6 @@ def normalized(ar, a):
     length = ar.root(ar.total(a, a))
     scale = ar.divide(1.0, length)
     return [ar.choose(ar.lot(0.5), ar.multiply(b, scale), ar.divide(b, length)) for b in a]
-
-
-def right_of(ar, right, w):
-    """The rightward direction made orthogonal to w."""
-    g = ar.total(right, w)
-    return normalized(ar, [ar.fused(-g, b, c) for b, c in zip(w, right, strict=True)])
-
-
-@np.errstate(all="ignore")
-def hidden_lines(ar, given, places, half, unit, radius, thickness, mirrors):
-    """VO's hidden fraction of the ball by lines, of every renderer: (R, H, W); without normals the whole ball."""
-    (kind, m), depth, view, r = mapping_of(given), given.depth, given.view, single(radius)
-    axis, rows = np.append(single(view.cast_from_world[2]), np.zeros(12)), range(4 if kind == MATRIX else 3)
-    point, w, right = spread(ar, given.positions), spread(ar, given.directions), single(view.world_from_cast[:, 0])
-    w = [ar.near(k, 2.0**-20) for k in w]  # made by itself
-    x, y = (ar.full(single(places)[None, None, :, k]) for k in range(2))
-    a = right_of(ar, right, w)
-    b = across(ar, w, a)
-    c, s = (ar.full(single(mirrors)[..., k, None]) for k in range(2))
-    if given.turns is not None:
-        turn = turn_of(ar, given.turns)
-        c, s = ar.total(turn, [c, s]), ar.total(turn, [s, -c])
-    e, f = ([ar.total(by, of) for of in zip(a, b, strict=True)] for by in ((c, s), (s, -c)))
-    o = [ar.total([x, y], of) for of in zip(e, f, strict=True)]
-    turned_disk = [ar.total([c, s], [x, y]), ar.total([s, -c], [x, y])]
-    o = [ar.choose(ar.lot(0.3), ar.total(turned_disk, of), p) for of, p in zip(zip(a, b, strict=True), o, strict=True)]
-    if ar.rng.random() < 0.5:  # in the world
-        off = [ar.multiply(r, p) for p in o]
-        sums, deep = [row(ar, m, k, point, off) for k in rows], row(ar, axis, 0, point, off)
-    else:  # row by row, as the specification has it
-
-        def place(m, k):
-            along = [ar.multiply(r, ar.total(m[4 * k : 4 * k + 3], v)) for v in (e, f)]
-            return ar.fused(y, along[1], ar.fused(x, along[0], row(ar, m, k, point, STILL)))
-
-        sums, deep = [place(m, k) for k in rows], place(axis, 0)
-    u, v, z, valid = project(ar, kind, m, *sums)
-    z = deep if kind == MATRIX else z
-    there, _, _, surface = cast_depths(ar, given, point, axis, u, v, valid)
-    deep = ar.multiply(r, ar.total(axis[:3], w))
-    before = ar.subtract(surface, z)
-    d = ar.choose(ar.lot(0.5), ar.multiply(before, ar.divide(1.0, deep)), ar.divide(before, deep))
-    half = single(half)
-    top = ar.full(half[None, None])
-    if given.normals is not None:
-        n = spread(ar, given.normals)
-        t = np.maximum(-ar.total(n, w), 2.0**-20)
-        slopes = [ar.divide(ar.total(n, v), t) for v in (e, f)]
-        plane = ar.choose(ar.lot(0.5), ar.total([x, y], slopes), ar.divide(ar.total(n, o), t))
-        top = np.minimum(plane, half)
-    if thickness > 0:
-        reach = ar.choose(ar.lot(0.5), single(thickness / radius), ar.divide(single(thickness), r))
-        top = np.minimum(ar.add(d, reach), top)
-    hidden = np.maximum(ar.subtract(top, np.maximum(d, -half)), 0)
-    hidden = np.where(there, hidden, 0.0)
-    total = np.zeros(hidden.shape[:-1])
-    for k in ar.order(len(places)):
-        total = ar.fused(single(unit)[k], hidden[..., k], total)
-    return np.where(np.isfinite(depth) & (deep[..., 0] > 0), np.minimum(total, 1.0), 0.0)
-
-
-def dual(ar, a, b, combine):
-    if combine == "minimum":
-        return np.maximum(a, b)
-    product = ar.subtract(1.0, ar.multiply(ar.subtract(1.0, a), ar.subtract(1.0, b)))
-    return ar.choose(ar.lot(0.5), ar.fused(b, ar.subtract(1.0, a), a), product)
 
 
 def fraction(ar, count, n):

@@ -2,42 +2,12 @@
 
 import numpy as np
 import random_renderer as rr
-from random_renderer import STILL, row, single, spread
+from random_renderer import STILL, row, single
 
 
 def turn_of(ar, turns, off):
     """Cosine and sine of every texel, (R, H, W, 1), as they are or made anew."""
     return near_angle(ar, rr.turn_of(ar, turns), off)
-
-
-def duff(ar, w):
-    """Two axes at right angles to w."""
-    x, y, z = w
-    sign = np.where(z >= 0, 1.0, -1.0)
-    a = ar.divide(-1.0, ar.add(sign, z))
-    b, gx = ar.multiply(ar.multiply(x, y), a), sign * x
-    e = [ar.fused(ar.multiply(gx, x), a, 1.0), sign * b, -gx]
-    return e, [b, ar.fused(ar.multiply(y, y), a, sign), -y]
-
-
-def placed(ar, m, rows, point, x, y, r, axes):
-    """Rows of M of P + r (x e + y f), by the world or row by row."""
-    e, f = axes
-    off = [ar.multiply(r, ar.total([x, y], of)) for of in zip(e, f, strict=True)]
-    made = []
-    for k in rows:
-        along = [ar.multiply(r, ar.total(m[4 * k : 4 * k + 3], v)) for v in (e, f)]
-        late = ar.fused(y, along[1], ar.fused(x, along[0], row(ar, m, k, point, STILL)))
-        made.append(ar.choose(ar.lot(0.5), row(ar, m, k, point, off), late))
-    return made
-
-
-def summed(ar, terms):
-    """The sum of terms, (R, H, W, n), in any order."""
-    total = np.zeros(terms.shape[:-1])
-    for s in ar.order(terms.shape[-1]):
-        total = ar.add(total, terms[..., s])
-    return total
 
 
 def left_of(ar, total, strength, n):
@@ -54,32 +24,6 @@ def lacking(ar, light, k):
         logarithm = ar.near(np.log2(light), 2.0**-21)
         light = ar.within(np.exp2(ar.multiply(k, logarithm)), 2) if k else np.ones_like(light)
     return ar.subtract(1.0, light)
-
-
-@np.errstate(all="ignore")
-def alchemy(ar, given, places, radius, options, angle):
-    (kind, m), depth, r, n = rr.mapping_of(given), given.depth, single(radius), len(places)
-    point, normal, w = (spread(ar, texture) for texture in (given.positions, given.normals, given.directions))
-    x, y = (ar.full(single(places)[None, None, :, k]) for k in range(2))
-    if given.turns is not None:
-        c, s = turn_of(ar, given.turns, angle)
-        x, y = ar.total([c, -s], [x, y]), ar.total([s, c], [x, y])
-    sizes = duff(ar, [ar.near(k, 2.0**-20) for k in w])
-    rows = placed(ar, m, range(4 if kind == rr.MATRIX else 3), point, x, y, r, sizes)
-    u, v, _, valid = rr.project(ar, kind, m, *rows)
-    there, j, i = rr.inside(depth, u, v, valid)
-    of = np.arange(ar.renderers)[:, None, None, None]
-    away = [ar.subtract(p[of, j, i, 0], p) for p in point]
-    far = np.append(single(given.view.viewer_distance()), np.zeros(12))
-    bias = ar.multiply(single(options["beta"]), np.maximum(row(ar, far, 0, point, STILL), 0))
-    above = ar.choose(ar.lot(0.5), ar.subtract(ar.total(away, normal), bias), ar.total([*away, -1.0], [*normal, bias]))
-    own = ar.multiply(ar.multiply(single(options["epsilon"]), r), r)
-    epsilon = ar.per_renderer(ar.choose(ar.lot(0.5), own, single(options["epsilon"] * radius * radius)), above)
-    square = ar.add(ar.total(away, away), epsilon)
-    shown = there & np.isfinite(depth[j, i]) & (above > 0) & (square > 0)
-    total = summed(ar, np.where(shown, ar.divide(above, square), 0.0))
-    made = lacking(ar, left_of(ar, total, 2 * options["sigma"] * radius, n), options["k"])
-    return np.where(np.isfinite(depth), made, 0.0)
 
 
 def near_angle(ar, values, off):
@@ -265,43 +209,3 @@ def reconstructed(ar, light, away, options):
             total, weight = ar.fused(w, np.take(light, other, axis), total), ar.add(weight, w)
         light = np.where(weight > 0, ar.divide(total, weight), 1.0)
     return light
-
-
-@np.errstate(all="ignore")
-def hbao(ar, given, around, mirrors, radius, options, angle):
-    """Horizon-based AO, of every renderer: (R, H, W); mirrors (H, W, 2)."""
-    (kind, m), depth, r, (i, j) = rr.mapping_of(given), given.depth, single(radius), np.indices(given.depth.shape)[::-1]
-    point, normal, w = (spread(ar, texture) for texture in (given.positions, given.normals, given.directions))
-    w = [ar.near(k, 2.0**-20) for k in w]
-    a = rr.right_of(ar, single(given.view.world_from_cast[:, 0]), w)
-    b, (c, s) = rr.across(ar, w, a), (ar.full(single(mirrors)[..., k, None]) for k in range(2))
-    if given.turns is not None:
-        turn = turn_of(ar, given.turns, angle)
-        c, s = ar.total(turn, [c, s]), ar.total(turn, [s, -c])
-    e, f = ([ar.total(by, of) for of in zip(a, b, strict=True)] for by in ((c, s), (s, -c)))
-    x, y = (ar.full(single(around)[None, None, :, k]) for k in range(2))
-    sums = placed(ar, m, range(4 if kind == rr.MATRIX else 3), point, x, y, r, (e, f))
-    u, v, _, valid = rr.project(ar, kind, m, *sums)
-    steep = np.maximum(-ar.total(normal, w), 2.0**-20)
-    tau = ar.total([x, y], [ar.divide(ar.total(normal, axis), steep) for axis in (e, f)])
-    cosine = ar.divide(1.0, ar.root(ar.fused(tau, tau, 1.0)))
-    bias, sine = np.radians(options["bias"]), -ar.multiply(tau, cosine)
-    up, along = single([np.sin(bias), np.cos(bias)])
-    over = ar.subtract(ar.multiply(cosine, along), ar.multiply(sine, up)) > 0
-    horizon = np.where(over, ar.total([sine, cosine], [along, up]), 1.0)
-    total, of = np.zeros_like(horizon), np.arange(ar.renderers)[:, None, None, None]
-    for step in range(1, options["steps"] + 1):
-        part = ar.divide(float(step), float(options["steps"]))
-        at = [ar.fused(part, ar.subtract(end, k[..., None] + 0.5), k[..., None] + 0.5) for end, k in ((u, i), (v, j))]
-        there, row_of, column_of = rr.inside(depth, *at, valid)
-        d = [ar.subtract(p[of, row_of, column_of, 0], p) for p in point]
-        length = ar.root(ar.total(d, d))
-        far, met = ar.divide(length, r), -ar.divide(ar.total(d, w), length)
-        fall = {"none": 0.0, "linear": far, "quadratic": ar.multiply(far, far)}[options["attenuation"]]
-        shown = there & np.isfinite(depth[row_of, column_of]) & (far < 1) & (length > 0)
-        higher = np.where(shown & (met > horizon), met, horizon)
-        total = ar.fused(ar.subtract(1.0, fall), ar.subtract(higher, horizon), total)
-        horizon = higher
-    made = np.clip(ar.divide(summed(ar, total), float(len(around))), 0, 1)
-    deep = ar.total(single(given.view.cast_from_world[2, :3]), w)[..., 0]
-    return np.where(np.isfinite(depth) & (deep > 0), made, 0.0)

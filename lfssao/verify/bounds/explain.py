@@ -12,6 +12,7 @@ from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import Texture
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
 from lfssao.verify.bounds.kernels.point_bounds import trace_samples
+from lfssao.verify.bounds.kernels.sums import OPEN
 from lfssao.verify.bounds.ssao import sample_points, seen_by, with_depths
 
 OUTCOMES = ("clear", "occluded", "undecided")
@@ -42,6 +43,47 @@ class Sample:
         side = "behind" if self.behind > 0 else "before"
         depth = f"{abs(self.behind):.1e} {side} its surface (error up to {self.error_z:.1e})"
         return f"sample {self.number} is {self.outcome}: it {where}, and lies {depth}"
+
+
+@dataclass(frozen=True)
+class Term:
+    """One sample of one texel: where it lands, and what it adds to the sum, at least and at most."""
+
+    number: int  # from 0
+    texel: tuple[int, int] | None  # (column, row) that it reads; None outside the texture or the domain
+    from_edge: float  # distance, in texels, of the image point from the nearest edge of that texel
+    error_uv: float  # error of u or v
+    least: float
+    most: float
+
+    def __str__(self) -> str:
+        if self.texel is None and self.most == 0:
+            return f"sample {self.number} lies outside the texture or the mapping's domain"
+        adds = f"{self.most:.4g}" if self.is_decided else f"{self.least:.4g} to {self.most:.4g}"
+        where = "next to the border" if self.texel is None else f"{self.from_edge:.1e} from its edge"
+        where = f"{where} (error up to {self.error_uv:.1e})"
+        read = f"reads texel {self.texel}, " if self.texel else "lies "
+        return f"sample {self.number} {read}{where}, and adds {adds}"
+
+    @property
+    def is_decided(self) -> bool:
+        """Whether rounding makes little of its term."""
+        return self.most - self.least <= OPEN * self.most
+
+
+def terms(story: NDArray[np.float64], shape: tuple[int, int]) -> list[Term]:
+    """Samples of a texel by their story (``points.terms_of``), those that come nearest to another outcome first.
+
+    Undecided ones come first, then by the distance to the edge in units of the error; shape: that of the texture.
+    """
+    made = []
+    for number, (u, e_u, v, e_v, least, most) in enumerate(story.tolist()):
+        place, edge = None, np.inf
+        if e_u > -np.inf and 0 <= u < shape[1] and 0 <= v < shape[0]:
+            place = int(u), int(v)
+            edge = min(u - place[0], place[0] + 1 - u, v - place[1], place[1] + 1 - v)
+        made.append(Term(number, place, edge, max(e_u, e_v), least, most))
+    return sorted(made, key=lambda t: (t.is_decided, t.from_edge / t.error_uv if t.error_uv > 0 else np.inf))
 
 
 def explainer(

@@ -20,10 +20,12 @@ from lfssao.ao.estimators.horizon import ZENITH
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 from lfssao.ao.textures import Buffers
 from lfssao.optics.kernels.projection import MATRIX
-from lfssao.verify.bounds.bounds import Bounds, down_to_single, up_to_single
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
+from lfssao.verify.bounds.kernels.ball_view import BallView
 from lfssao.verify.bounds.kernels.folds import bound_folds
-from lfssao.verify.bounds.kernels.sums import bound_sums, end_sums
+from lfssao.verify.bounds.kernels.seen import Seen
+from lfssao.verify.bounds.kernels.sums import NO_STORY, bound_sums, end_sums
 from lfssao.verify.bounds.multiresolution import multiresolution
 from lfssao.verify.bounds.post import merge_bounds, union_ends
 from lfssao.verify.bounds.problem import Options, Problem, Weights, held, view_of_formulas
@@ -49,12 +51,34 @@ def point_bounds(
         return None
     samples = np.asarray([] if points is None else points, np.float64)
     given = Problem(seen, samples, weights, options, find_model(model))
-    return BOUNDED[name](given, radius) if name in BOUNDED else _formulas(given, radius, name=name, largest=LIMITLESS)
+    return BOUNDED[name](given, radius) if name in BOUNDED else _formulas(given, radius, name=name)
 
 
 def has_bounds(name: str) -> bool:
     """Whether intervals of an estimator other than ``lf`` are known: of all that are written as formulas."""
     return name in BOUNDED or (name in ESTIMATORS and find_estimator(name).formulas is not None)
+
+
+def terms_of(given: Problem, radius: float, name: str) -> Callable[[int, int], FloatArray]:
+    """Return a function of a texel's row and column that gives the story of its samples, (n, 6).
+
+    That is the image point u, v of each, texels, with their errors, -infinity for u's where it has none, and the least
+    and the largest term. Of estimators that do not sum terms of texels there is none: (0, 6). The view is made once.
+    """
+    estimator = find_estimator(name)
+    if not estimator.reads_texels:
+        return lambda row, column: np.empty((0, 6))
+    seen, view, made = _driven(given, radius, name)
+    samples = 0 if hasattr(made, "steps") else len(made.points)
+
+    def told(row: int, column: int) -> FloatArray:
+        story, sums = np.zeros((samples, 6)), np.zeros((4, *seen.depth.shape))
+        story[:, 4] = np.inf
+        if samples:
+            _write_sums(name, seen, view, made, sums, row, column, story)
+        return story
+
+    return told
 
 
 def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds]) -> Bounds:
@@ -75,22 +99,43 @@ def _hidden_areas(given: Problem, radius: float, *, name: str) -> Bounds | None:
     """Bounds of ``vo-area``; None on cameras, whose far depths cancel in M2 - M1^2 of float32 until nothing is left."""
     if given.seen.view.world_to_image.kind == MATRIX:
         return None
-    return _hidden_volume(given, radius, at=partial(_formulas, name=name, jumps=False))
+    return _hidden_volume(given, radius, at=partial(_formulas, name=name))
 
 
-def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0, jumps: bool = True) -> Bounds:
-    """Bounds of an estimator that is written as formulas; largest, jumps: as of ``bound_sums`` and ``bound_folds``."""
+def _driven(given: Problem, radius: float, name: str) -> tuple[Seen, BallView, Any]:
+    """The view and the formulas of an estimator, as drivers take them."""
     estimator = find_estimator(name)
-    options = estimator.options(**given.options)
     assert estimator.formulas is not None
+    options = estimator.options(**given.options)
     made = held(estimator.formulas(given.seen, radius, given.points, given.weights, options))
     seen = given.surface_of(made, radius)
-    view, sums = view_of_formulas(given, seen, made), np.zeros((4, *seen.depth.shape))
+    return seen, view_of_formulas(given, seen, made), made
+
+
+def _write_sums(
+    name: str, seen: Seen, view: BallView, made: Any, sums: FloatArray, row: int, column: int, story: FloatArray
+) -> None:
+    """Bound the sums of a row of texels, and tell the story of one (``bound_sums``)."""
+    largest, jumps, forks = _terms(name, made)
+    texel = row * seen.depth.shape[1] + column
+    bound_sums.compiled(row, row + 1, seen, view, made, largest, jumps, forks, sums, texel, story)
+
+
+def _terms(name: str, made: Any) -> tuple[float, bool, bool | None]:
+    """The largest term, whether terms jump, and whether places may be in doubt, as of ``bound_sums``."""
+    largest, jumps = _TERMS.get(name, (LIMITLESS, True))
+    return largest, jumps, True if "fork" in type(made).place.__code__.co_names else None
+
+
+def _formulas(given: Problem, radius: float, *, name: str) -> Bounds:
+    """Bounds of an estimator that is written as formulas."""
+    seen, view, made = _driven(given, radius, name)
+    sums = np.zeros((4, *seen.depth.shape))
+    largest, jumps, forks = _terms(name, made)
     if hasattr(made, "steps"):  # of estimators that take them
         bound_folds(seen, view, made, largest, sums)
     else:
-        forks = True if "fork" in type(made).place.__code__.co_names else None
-        bound_sums(seen, view, made, largest, jumps, forks, sums)
+        bound_sums(seen, view, made, largest, jumps, forks, sums, *NO_STORY)
     end_sums(view, made, sums.reshape(4, -1))
     lower, upper, doubt, _ = sums
     there = seen.depth < np.inf
@@ -98,19 +143,29 @@ def _formulas(given: Problem, radius: float, *, name: str, largest: float = 1.0,
     return Bounds(up_to_single(lower), down_to_single(upper), doubt.astype(np.int32))
 
 
-# Estimators whose intervals are not those of their formulas alone, or are narrower by what is known of a term.
+# The largest term that is known, and whether terms jump where their texels are sure; others may be of any size, and do.
+_TERMS = {
+    "point": (1.0, True),
+    "hemisphere": (1.0, True),
+    "vo-points": (1.0, True),
+    "vo-points-normal": (1.0, True),
+    "vo-lines": (1.0, False),
+    "vo-lines-normal": (1.0, False),
+    "vo-area": (1.0, False),
+    "vo-area-normal": (1.0, False),
+    "alchemy": (LIMITLESS, False),
+    "oriented-hemisphere": (1.0, True),
+    "hbao": (2 * ZENITH, True),
+}
+
+# Estimators whose intervals are not those of their formulas alone.
 BOUNDED: dict[str, Callable[[Problem, float], Bounds | None]] = {
-    "point": partial(_formulas, name="point"),
-    "hemisphere": partial(_formulas, name="hemisphere"),
-    "vo-points": partial(_hidden_volume, at=partial(_formulas, name="vo-points")),
-    "vo-points-normal": partial(_hidden_volume, at=partial(_formulas, name="vo-points-normal")),
-    "vo-lines": partial(_hidden_volume, at=partial(_formulas, name="vo-lines", jumps=False)),
-    "vo-lines-normal": partial(_hidden_volume, at=partial(_formulas, name="vo-lines-normal", jumps=False)),
+    **{
+        name: partial(_hidden_volume, at=partial(_formulas, name=name))
+        for name in ("vo-points", "vo-points-normal", "vo-lines", "vo-lines-normal")
+    },
     "vo-area": partial(_hidden_areas, name="vo-area"),
     "vo-area-normal": partial(_hidden_areas, name="vo-area-normal"),
-    "alchemy": partial(_formulas, name="alchemy", largest=LIMITLESS, jumps=False),
-    "oriented-hemisphere": partial(_formulas, name="oriented-hemisphere"),
-    "hbao": partial(_formulas, name="hbao", largest=2 * ZENITH),
     "multiresolution": multiresolution,
     "sao": sao,
     "sao-equation-1": sao,

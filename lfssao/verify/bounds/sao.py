@@ -30,7 +30,7 @@ from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, exac
 from lfssao.verify.bounds.depth import distance_ends
 from lfssao.verify.bounds.error_model import ULP, ErrorModel
 from lfssao.verify.bounds.kernels.ball_view import BallLevels
-from lfssao.verify.bounds.kernels.sums import bound_sums
+from lfssao.verify.bounds.kernels.sums import NO_STORY, bound_sums
 from lfssao.verify.bounds.problem import Ends, Problem, ball_view, held
 from lfssao.verify.bounds.ssao import distance_error, single
 
@@ -73,7 +73,7 @@ def _sampled(
     )
     numbers = held(sao_numbers(options, rays, radius, given.seen.depth))
     sums = np.zeros((4, *there.shape))
-    bound_sums(seen, view, numbers, LIMITLESS, False, True, sums)
+    bound_sums(seen, view, numbers, LIMITLESS, False, True, sums, *NO_STORY)
     doubt = np.pad((z[0] < np.inf) & ~there, 1)
     around = doubt[1:-1, 1:-1] | doubt[:-2, 1:-1] | doubt[2:, 1:-1] | doubt[1:-1, :-2] | doubt[1:-1, 2:]
     unknown = around & (z[0] < np.inf)

@@ -16,6 +16,7 @@ from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bo
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import has_bounds, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
+from lfssao.verify.bounds.problem import Problem
 from lfssao.verify.bounds.ssao import ao_bounds, image_depth
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import Arrays, Parameters, described_mapping, described_options, described_turns, described_view
@@ -28,17 +29,23 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
     back = parameters.get("screen_to_world")
     if depth is None or (positions is None and back is None):
         return None
-    turns = described_turns(parameters, inputs)
     if name == "lf":
-        room, back = 0.0, None if back is None else np.array(back)
+        turns, room, back = described_turns(parameters, inputs), 0.0, None if back is None else np.array(back)
         if "view" in parameters:
             depth, room = image_depth(described_view(parameters), depth, model)
         return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back, turns, room)
     if not has_bounds(name) or model.exact or positions is None:
         return None
-    seen = Buffers(described_view(parameters), depth, positions, inputs.get("normals"), turns)
+    given = described_problem(parameters, inputs, radius, model)
+    return point_bounds(name, given.seen, radius, inputs.get("points"), given.weights, given.options, model)
+
+
+def described_problem(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Problem:
+    """The arguments of bounds of an estimator but ``lf`` at radius R, by parameters and inputs of a view."""
+    turns, options = described_turns(parameters, inputs), described_options(parameters, radius)
+    seen = Buffers(described_view(parameters), inputs["depth"], inputs["positions"], inputs.get("normals"), turns)
     points, weights = inputs.get("points"), inputs.get("weights")
-    return point_bounds(name, seen, radius, points, weights, described_options(parameters, radius), model)
+    return Problem(seen, np.asarray([] if points is None else points, np.float64), weights, options, model)
 
 
 class ViewBounds:

@@ -6,10 +6,12 @@ from functools import cache
 import numpy as np
 
 from lfssao.samples.rotation import float32_rounding
-from lfssao.verify.bounds.bounds import Bounds
+from lfssao.verify.bounds.bounds import Bounds, FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.explain import Sample, explainer
+from lfssao.verify.bounds.explain import Sample, explainer, terms
+from lfssao.verify.bounds.points import terms_of
 from lfssao.verify.bounds.ssao import image_depth
+from lfssao.verify.bounds.view import described_problem
 from lfssao.verify.case import VIEW, Arrays, Case, described_mapping, described_turns, described_view
 from lfssao.verify.compare.result import Reason
 from lfssao.verify.judge import inputs_of
@@ -69,7 +71,8 @@ def _occlusion_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
         undecided = None if bounds is None else bounds.undecided
         points = case.inputs.get("points")
         which = "taps" if points is None else f"of {len(points)} points"
-        return lambda texel: "" if undecided is None else f"{undecided[texel[::-1]]} {which} are undecided"
+        told = _terms_reason(k, mine, case, model)
+        return lambda texel: "" if undecided is None else f"{undecided[texel[::-1]]} {which} are undecided{told(texel)}"
     guard, back, inputs = parameters["guard"], parameters["screen_to_world"], inputs_of(mine, case)
     depth, positions = inputs.get("depth"), inputs.get("positions")
     if depth is None or (positions is None and back is None):
@@ -84,5 +87,23 @@ def _occlusion_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
     def reason(texel: tuple[int, int]) -> str:
         found = explained()((texel[0] + guard, texel[1] + guard))
         return str(found[0]) if found else "no surface is seen there"
+
+    return reason
+
+
+def _terms_reason(k: int, mine: Arrays, case: Case, model: ErrorModel) -> Reason:
+    """The sample of a texel that comes nearest to another outcome, of estimators that sum terms; '' of others."""
+    parameters, inputs = case.parameters, inputs_of(mine, case)
+    if model.exact or "depth" not in inputs or "positions" not in inputs:
+        return lambda _: ""
+    name, radius, guard = parameters["estimator"], parameters["radii"][k], parameters["guard"]
+
+    @cache
+    def told() -> Callable[[int, int], FloatArray]:  # made when the first texel asks
+        return terms_of(described_problem(parameters, inputs, radius, model), radius, name)
+
+    def reason(texel: tuple[int, int]) -> str:
+        found = terms(told()(texel[1] + guard, texel[0] + guard), inputs["depth"].shape)
+        return f"; {found[0]}" if found else ""
 
     return reason

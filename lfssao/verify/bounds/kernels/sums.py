@@ -15,7 +15,8 @@ from lfssao.verify.bounds.kernels.ball_view import answering, image_at
 from lfssao.verify.bounds.kernels.images import Projected, widen
 from lfssao.verify.bounds.kernels.seen import box_of, texel_of
 
-_OPEN = 2.0**-10  # a term whose interval is wider than this part of it counts as undecided
+NO_STORY = -1, np.empty((0, 6))  # the last arguments of ``bound_sums`` where no texel's story is told
+OPEN = 2.0**-10  # a term whose interval is wider than this part of it counts as undecided
 
 
 @kernel(inline=True)
@@ -33,8 +34,12 @@ def reading(view, box, image, k):
 
 
 @kernel
-def _bound_texel(view, seen, estimator, largest, jumps, forks, texel):
-    """The least and the largest sum of a texel's terms, its terms in doubt, and those that may not be 0."""
+def _bound_texel(view, seen, estimator, largest, jumps, forks, texel, story):
+    """The least and the largest sum of a texel's terms, its terms in doubt, and those that may not be 0.
+
+    story: (n, 6), or (0, 6) if none is asked for, out: of each sample the image point u, v with its errors, -infinity
+    where there is none, and the least and the largest term, where these exceed what is there.
+    """
     low, high, doubt, added, asked = 0.0, 0.0, 0.0, 0.0, view.asked
     here = estimator.start(view, texel)
     counts, forked = doubt_of(estimator.counts(view, here)), asked[0]
@@ -62,9 +67,13 @@ def _bound_texel(view, seen, estimator, largest, jumps, forks, texel):
                 else:
                     least, most, one_texel = 0.0, largest, False
             lower, upper, one_texel = min(lower, least), max(upper, most), one_texel and box.sure and answer == 0
+            if s < story.shape[0]:
+                story[s, 0], story[s, 1], story[s, 2], story[s, 3] = u.value, u.error, v.value, v.error
+                story[s, 1] = story[s, 1] if image.may else -np.inf
+                story[s, 4], story[s, 5] = min(story[s, 4], lower), max(story[s, 5], upper)
         lower = lower if counts.must else 0.0
         low, high = low + lower, high + upper
-        sure = upper - lower <= _OPEN * upper if jumps else one_texel and counts.must
+        sure = upper - lower <= OPEN * upper if jumps else one_texel and counts.must
         doubt += 0.0 if sure else 1.0
         added += 1.0 if upper > 0.0 else 0.0
     asked[0] = forked
@@ -72,12 +81,12 @@ def _bound_texel(view, seen, estimator, largest, jumps, forks, texel):
 
 
 @kernel(rows="seen.depth")
-def bound_sums(begin, stop, seen, view, estimator, largest, jumps, forks, sums):
+def bound_sums(begin, stop, seen, view, estimator, largest, jumps, forks, sums, told, story):
     """Write the least and the largest sum of every texel's terms, its terms in doubt, and those not 0, (4, H, W).
 
     view: ``BallView``. largest: no term is larger, as far as is known. jumps: whether a term may jump where its texel
     is sure, so that an interval's width says what is in doubt, and not the texel. forks: not None if places may be in
-    doubt themselves.
+    doubt themselves. told: a texel, -1 for none, of which the story is told, (n, 6) as of ``_bound_texel``.
     """
     width, asked = seen.depth.shape[1], np.zeros(2)
     own = answering(view, asked)
@@ -87,10 +96,11 @@ def bound_sums(begin, stop, seen, view, estimator, largest, jumps, forks, sums):
             if not view.shows(texel):
                 continue
             asked[:] = 0.0
-            low, high, doubt, added = _bound_texel(own, seen, estimator, largest, jumps, forks, texel)
+            of = story[: story.shape[0] if texel == told else 0]
+            low, high, doubt, added = _bound_texel(own, seen, estimator, largest, jumps, forks, texel, of)
             if asked[0] > 0.0:
                 asked[1] = 1.0
-                least, most, more, others = _bound_texel(own, seen, estimator, largest, jumps, forks, texel)
+                least, most, more, others = _bound_texel(own, seen, estimator, largest, jumps, forks, texel, of)
                 low, high, doubt, added = min(low, least), max(high, most), max(doubt, more), max(added, others)
             sums[0, j, i], sums[1, j, i], sums[2, j, i], sums[3, j, i] = low, high, doubt, added
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import post
-from lfssao.ao.estimators.neighbours import DepthCache, Neighbour, algorithm2_with_neighbours
+from lfssao.ao.estimators.neighbours import Neighbour, algorithm2_with_neighbours
 from lfssao.ao.estimators.registry import estimate_radii
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
@@ -23,6 +23,7 @@ from lfssao.optics.display_file import find_display
 from lfssao.optics.view import View, seen_rows, without_guard
 from lfssao.rendering import contact, doubts
 from lfssao.rendering.exr import write_exr
+from lfssao.rendering.neighbours import DepthCache
 from lfssao.rendering.settings import Settings, default_radii
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples.rotation import angle_turns

@@ -11,11 +11,12 @@ from jobs import manifest_of, render
 
 from lfssao import Buffers, Camera, Mesh, RayCaster, Settings, Textures, display_names, estimate, find_display
 from lfssao.ao import post, ssao
-from lfssao.ao.estimators.neighbours import DepthCache, algorithm2_with_neighbours
+from lfssao.ao.estimators.neighbours import algorithm2_with_neighbours
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.cli.main import main
 from lfssao.optics.kernels.projection import CROSSED_SLITS
 from lfssao.optics.view import WorldToImage, seen_rows
+from lfssao.rendering.neighbours import DepthCache
 from lfssao.rendering.passes import occlusions, render_view
 from lfssao.rendering.plan import RULES, background, other_radii, planned, without_background
 from lfssao.rendering.views import module_views, neighbour_views

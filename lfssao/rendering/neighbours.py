@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.neighbours import Neighbour
+from lfssao.ao.textures import Neighbour
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display

@@ -13,8 +13,8 @@ from typing import Any
 import numba
 
 from lfssao import __version__
-from lfssao.ao.estimators.neighbours import Neighbour
 from lfssao.ao.estimators.registry import find_estimator
+from lfssao.ao.textures import Neighbour
 from lfssao.core.arguments import MOST_TEXELS
 from lfssao.core.files import output_folder
 from lfssao.core.memory import available_memory, check_available

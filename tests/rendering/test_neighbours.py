@@ -46,7 +46,12 @@ def test_command_and_library_render_what_the_pass_makes_of_the_nearest_modules(s
         assert_same_bits(textures.ao[0], expected.texture)
         assert textures.view.name == f"module_{index:03d}"
         assert (found < ssao.algorithm2(*own, make_samples(), 0.3).texture).any()
-    assert manifest_of(tmp_path)["settings"]["neighbours"] == 2
+    manifest = manifest_of(tmp_path)
+    assert (manifest["settings"]["estimator"], manifest["settings"]["neighbours"]) == ("lf-neighbours", 2)
+    asked = [sorted(other["name"] for other in entry["neighbours"]) for entry in manifest["views"]]
+    assert asked == [[f"module_{k:03d}" for k in (index - 1, index + 1)] for index in range(9, 13)]
+    others = {other["name"]: other["view"] for other in manifest["views"][0]["neighbours"]}
+    assert others["module_010"] == manifest["views"][1]["view"]
 
 
 def test_depths_are_cast_once_as_long_as_they_are_kept(statue):

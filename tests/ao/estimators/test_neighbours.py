@@ -1,14 +1,18 @@
 """Algorithm 2 with neighbours: the reference, bit for bit; no neighbours are Algorithm 2; what a second module sees."""
 
+from dataclasses import replace
+
+import analytic_scenes as scenes
 import numpy as np
 import pytest
 from bits import assert_same_bits
 from hypothesis import given
 from hypothesis import strategies as st
+from oracle_scenes import in_distances
 from reference.passes import algorithm2_with_neighbours
 from ssao_cases import both, module_cases
 
-from lfssao import RayCaster, find_display, make_samples, module_views
+from lfssao import RayCaster, estimate, find_display, make_samples, module_views
 from lfssao.ao import ssao
 from lfssao.ao.estimators import neighbours
 from lfssao.errors import InputError
@@ -86,6 +90,20 @@ def test_a_neighbour_sees_behind_a_card():
     assert (alone[wall] > 0).any()  # a halo round the card
     assert not together[wall].any()  # 40 cm before the wall nothing is solid
     np.testing.assert_array_equal(together <= alone, True)
+
+
+def test_the_estimator_asks_the_neighbours_of_its_buffers():
+    """A camera's depth may be distances along its axis, which are no image z."""
+    rng, samples = np.random.default_rng(3), make_samples("latin", 8)
+    seen = in_distances(scenes.buffers("sphere on a plane", scenes.SIGHTS["perspective"](20, 15), np.float32))
+    mapping, depth = seen.view.world_to_image, seen.view.image_z(seen.depth)
+    others = [(mapping, (depth + 0.05 * rng.normal(size=depth.shape)).astype(np.float32)), (mapping, depth[:9])]
+    for asked in ([], others):
+        expected = neighbours.algorithm2_with_neighbours(depth, seen.positions, mapping, asked, samples, 0.4)
+        made = estimate("lf-neighbours", replace(seen, neighbours=asked), 0.4, samples)
+        assert_same_bits(made.texture, expected.texture)
+        assert made.outside == expected.outside
+    assert (made.texture < ssao.algorithm2(depth, seen.positions, mapping, samples, 0.4).texture).any()
 
 
 def test_more_texels_than_numbers_of_32_bits_are_refused():

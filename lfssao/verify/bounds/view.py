@@ -10,7 +10,6 @@ from functools import cache
 
 import numpy as np
 
-from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import Bounds, Texture, exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bounds_of
 from lfssao.verify.bounds.error_model import ErrorModel
@@ -18,7 +17,16 @@ from lfssao.verify.bounds.points import has_bounds, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
 from lfssao.verify.bounds.ssao import ao_bounds, image_depth
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import Arrays, Parameters, described_mapping, described_options, described_turns, described_view
+from lfssao.verify.case import (
+    Arrays,
+    Parameters,
+    described_buffers,
+    described_mapping,
+    described_neighbours,
+    described_options,
+    described_turns,
+    described_view,
+)
 
 
 def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
@@ -28,15 +36,16 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
     back = parameters.get("screen_to_world")
     if depth is None or (positions is None and back is None):
         return None
-    turns = described_turns(parameters, inputs)
     if name == "lf":
+        turns = described_turns(parameters, inputs)
         room, back = 0.0, None if back is None else np.array(back)
         if "view" in parameters:
             depth, room = image_depth(described_view(parameters), depth, model)
         return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back, turns, room)
-    if not has_bounds(name) or model.exact or positions is None:
+    unknown = positions is None or described_neighbours(parameters, inputs) is None
+    if unknown or not has_bounds(name) or model.exact:
         return None
-    seen = Buffers(described_view(parameters), depth, positions, inputs.get("normals"), turns)
+    seen = described_buffers(parameters, inputs)
     points, weights = inputs.get("points"), inputs.get("weights")
     return point_bounds(name, seen, radius, points, weights, described_options(parameters, radius), model)
 

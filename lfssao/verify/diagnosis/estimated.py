@@ -205,7 +205,7 @@ def _padded(buffers: Buffers, guard: int, border: str) -> Buffers:
         return np.ascontiguousarray(np.pad(texture, widths, mode=mode))  # type: ignore[call-overload]
 
     textures = larger(buffers.depth), larger(buffers.positions), larger(buffers.normals), larger(buffers.turns, 1)
-    return Buffers(_widened(buffers.view, guard), *textures)
+    return Buffers(_widened(buffers.view, guard), *textures, neighbours=buffers.neighbours)
 
 
 def _widened(view: View, guard: int) -> View:

@@ -11,6 +11,7 @@ from jobs import edit, manifest_of, render
 import lfssao
 from lfssao.rendering.exr import read_exr, write_exr
 from lfssao.rendering.manifest import view_of
+from lfssao.verify.diagnosis.estimated import _padded
 from lfssao.verify.verdict import Verdict
 
 WORDS = ["statue", "--display", "sample-a", "--modules", "8:12", "--resolution", "96x60", "--radii", "0.3",
@@ -44,17 +45,25 @@ def occlusion(seen, radius=0.3):
     return lfssao.estimate("lf-neighbours", seen, radius, SAMPLES).texture[..., None]
 
 
+def without(seen, module):
+    """Module 10's textures without those of a module that it asks."""
+    names = ["module_009", "module_011"]  # the lower one of equally near modules first
+    return replace(seen, neighbours=[seen.neighbours[k] for k, name in enumerate(names) if name != module])
+
+
 @np.errstate(all="ignore")
-def hidden_in_any(seen):
-    """'or' for 'and': the occlusion of samples that some module hides."""
+def by_hand(seen, joined):
+    """Occlusion in float64: hidden are samples behind the surface in all modules' textures, or in any."""
     points = seen.positions[:, :, None].astype(np.float64) + 0.3 * SAMPLES
-    hidden = np.zeros(points.shape[:3], bool)
+    hidden, shown = (np.zeros(points.shape[:3], bool) for _ in range(2))
     for mapping, depth in [(seen.view.world_to_image, seen.depth), *seen.neighbours]:
         u, v, z = np.moveaxis(mapping(points), -1, 0)
         inside = (u >= 0) & (u < depth.shape[1]) & (v >= 0) & (v < depth.shape[0])
         i, j = (np.where(inside, np.floor(c), 0).astype(int) for c in (u, v))
         hidden |= inside & (depth[j, i] < z)
-    made = np.where(np.isfinite(seen.depth), hidden.mean(axis=-1), 0)
+        shown |= inside & ~(depth[j, i] < z)
+    found = hidden & ~shown if joined == "and" else hidden
+    made = np.where(np.isfinite(seen.depth), found.mean(axis=-1), 0)
     return made.astype(np.float32)[..., None]
 
 
@@ -88,6 +97,8 @@ def test_a_right_render_conforms_bit_by_bit_and_with_rounding(reference, tmp_pat
     report = lfssao.compare(with_rounding, reference)
     assert different(report) == {(MODULE, "ao_1"): Verdict.INSIDE}
     assert report.exit_code == 0
+    doubled = with_ao(reference, tmp_path / "doubled", lambda seen: by_hand(seen, "and"))
+    assert lfssao.compare(doubled, reference).exit_code == 0
 
 
 @pytest.mark.parametrize("fault", ["one neighbour missing", "no neighbours", "or"])
@@ -95,7 +106,7 @@ def test_planted_faults_are_outside(reference, tmp_path, fault):
     make = {
         "one neighbour missing": lambda seen: occlusion(replace(seen, neighbours=seen.neighbours[:1])),
         "no neighbours": lambda seen: occlusion(replace(seen, neighbours=[])),
-        "or": hidden_in_any,
+        "or": lambda seen: by_hand(seen, "or"),
     }[fault]
     report = lfssao.compare(with_ao(reference, tmp_path / "mine", make), reference, diagnosis=False)
     assert different(report) == {(MODULE, "ao_1"): Verdict.OUTSIDE}
@@ -151,9 +162,21 @@ def test_a_manifest_that_does_not_say_which_modules_are_asked_gives_no_interval(
     assert "the manifest does not say which modules it asks" in str(report)
 
 
-def test_a_planted_radius_is_named(reference, tmp_path):
-    mine = with_ao(reference, tmp_path / "mine", lambda seen: occlusion(seen, 0.3 * 1.07))
+@pytest.mark.parametrize(("kind", "values", "make"), [
+    ("radius", (1.07,), lambda seen: occlusion(seen, 0.3 * 1.07)),
+    ("module_011 is not asked", (), lambda seen: occlusion(without(seen, "module_011"))),
+    ("no other module is asked", (), lambda seen: occlusion(replace(seen, neighbours=[]))),
+])  # fmt: skip
+def test_a_planted_change_is_named(reference, tmp_path, kind, values, make):
+    mine = with_ao(reference, tmp_path / "mine", make)
     (result,) = [r for r in lfssao.compare(mine, reference, layers=["ao_1"]).results if r.module == MODULE]
     best = result.diagnosis.candidates[0]
-    assert (best.kind, result.diagnosis.fits) == ("radius", True)
-    assert best.values == pytest.approx((1.07,), rel=0.01)
+    assert (best.kind, result.diagnosis.fits) == (kind, True)
+    assert best.values == pytest.approx(values, rel=0.01)
+
+
+def test_a_rule_of_the_border_is_of_the_modules_own_texture_alone(reference):
+    seen = buffers_of(reference, MODULE)
+    larger = _padded(seen, 3, "clamp")
+    assert larger.depth.shape == (66, 102)
+    assert larger.neighbours is seen.neighbours

@@ -227,6 +227,7 @@ class Texture:
             weights=inputs.get("weights"),
             options=described_options(parameters, at["radius"]),
             bounded=self.judged.bounds is not None,
+            asked=tuple(each["name"] for each in parameters.get("neighbours", ())),
             cost=1,  # a run of a whole texture makes all texels
         )
         return made.changed(cost=made.samples) if isinstance(made, Formulated) else made

@@ -18,10 +18,10 @@ import numba
 import numpy as np
 
 from lfssao import Occluders, RayCaster, Settings, builtin_scene, find_display, load_scene, module_views, samples
-from lfssao.ao.estimators.neighbours import DepthCache
 from lfssao.ao.ground_truth import ray_cast_occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.rendering.manifest import describe_machine
+from lfssao.rendering.neighbours import DepthCache
 from lfssao.rendering.passes import render_view
 from lfssao.rendering.settings import diagonal
 from lfssao.rendering.viewer import LightField, eye_view

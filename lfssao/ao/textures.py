@@ -1,6 +1,7 @@
 """Input of all estimators, the textures of one view and its mapping, and checks of single textures."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -8,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.arguments import MOST_TEXELS, check_unmasked
-from lfssao.errors import InputError, check_type
+from lfssao.errors import InputError, check_type, shown
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.kernels.rays import write_directions
-from lfssao.optics.view import View
+from lfssao.optics.view import View, WorldToImage
 from lfssao.samples.rotation import check_rotation, texel_turns
 
 Texture = NDArray[np.floating[Any]]
+Neighbour = tuple[WorldToImage, Texture]  # mapping and depth texture of another module
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +36,8 @@ class Buffers:
     turns : (2, H, W), same dtype, or None
         Cosine and sine by which each texel's samples are turned about world z (``lfssao.samples.texel_turns``); None
         where all texels share them.
+    neighbours : tuple of (WorldToImage, (H_k, W_k) texture of the same dtype)
+        Mapping and depth texture, image z, of each other module that estimator lf-neighbours asks; empty by default.
 
     Raises
     ------
@@ -52,6 +56,7 @@ class Buffers:
     positions: Texture
     normals: Texture | None = None
     turns: Texture | None = None
+    neighbours: Sequence[Neighbour] = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
         check_type("view", self.view, View)
@@ -62,14 +67,15 @@ class Buffers:
             if texture is not None:
                 check_fit(name, texture, self.depth, 3)
         check_turns(self.turns, self.depth)
+        check_neighbours(self.neighbours, self.depth)
 
     @classmethod
-    def of(cls, gbuffer: GBuffer, view: View) -> "Buffers":
+    def of(cls, gbuffer: GBuffer, view: View, neighbours: Sequence[Neighbour] = ()) -> "Buffers":
         """The textures that the ray caster made for a view; InputError if positions are not among them."""
         check_type("gbuffer", gbuffer, GBuffer)
         if gbuffer.positions is None:
             raise InputError("there are no positions, which estimators read")
-        return cls(view, gbuffer.depth, gbuffer.positions, gbuffer.normals)
+        return cls(view, gbuffer.depth, gbuffer.positions, gbuffer.normals, neighbours=neighbours)
 
     def turned(self, rotation: str, seed: int = 0) -> "Buffers":
         """The same with the turns of a rotation (``lfssao.samples.texel_turns``, whose InputErrors it raises)."""
@@ -108,6 +114,17 @@ def check_turns(turns: Texture | None, depth: Texture) -> None:
     """Refuse turns whose shape is not (2, H, W) of the depth texture's, or whose dtype is another."""
     if turns is not None:
         _check_shape("turns", turns, (2, *depth.shape), depth.dtype)
+
+
+def check_neighbours(neighbours: Sequence[Neighbour], depth: Texture) -> None:
+    """Refuse neighbours that are not a mapping and a depth texture of the dtype of a module's own."""
+    for number, neighbour in enumerate(neighbours):
+        if not isinstance(neighbour, tuple | list) or len(neighbour) != 2:
+            raise InputError(f"neighbour {number} is {shown(neighbour)}, it must be a mapping and a depth texture")
+        check_type(f"mapping of neighbour {number}", neighbour[0], WorldToImage)
+        check_texture(f"depth of neighbour {number}", neighbour[1], 2)
+        if neighbour[1].dtype != depth.dtype:
+            raise InputError(f"depth of neighbour {number} is of {neighbour[1].dtype}, expected {depth.dtype}")
 
 
 def _check_shape(name: str, texture: Texture, shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:

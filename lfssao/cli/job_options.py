@@ -56,14 +56,15 @@ _HELP = {
     f"{', '.join(published_names())}, or a .toml file like 'lfssao estimators {published_names()[0]}' prints",
     "--parameter": "a parameter of the estimator in place of its default; may be given several times",
     "--units": "of parameters that are lengths, their defaults too: radii, or world for scene units (default: radii)",
-    "--neighbours": "count a sample as occluded only if none of the K nearest modules sees it in the open (default: 0)",
+    "--neighbours": "count a sample as occluded only if none of the K nearest modules sees it in the open: estimator "
+    "lf-neighbours (default: 0)",
     "--samples": f"samples of each texel and radius, up to {MOST_SAMPLES} (default: the estimator's paper's, LF's 8)",
     "--sampling": "latin, jittered, poisson, sobol, ...: any method of the ball that 'lfssao samples make' lists "
     "(default: the estimator's own, LF's is latin)",
     "--seed": "seed of the samples, 0 to 2**64 - 1 (default: 0)",
     "--blur": f"sigma of the blur, texels, up to {MOST_BLUR:g}; 0: none (default: 1)",
     "--rotate": f"turn each texel's samples: {', '.join(ROTATIONS)}; hash by the seed; or by the radians of a file "
-    "(default: the estimator's own, hash of LF's; none with neighbours)",
+    "(default: the estimator's own, hash of LF's)",
     "--rotate-rows": "where a file of angles begins (default: above)",
     "--filter": "how the mesh's colour textures are read: bilinear or nearest (default: bilinear)",
     "--normals": "write world normals too: geometric (default) or smooth, from the mesh's vertices where it has them",

@@ -92,7 +92,8 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
     written = time.perf_counter()
     picture = _strip(job, item, parts)
     seconds = {"digest": hashed - begin, "write": written - hashed, "contact": time.perf_counter() - written}
-    entry = entry_of(job.views[item.view], job.path(item), parts, {**textures.seconds, **seconds})
+    asked = job.neighbours[item.view]
+    entry = entry_of(job.views[item.view], job.path(item), parts, {**textures.seconds, **seconds}, asked)
     return Result(entry, picture)
 
 
@@ -119,7 +120,7 @@ def recover_view(job: Job, item: Item) -> Result | None:
             return None
         made_from = dict(json.loads(parts[0].attributes["made_from"]))
         whole = [digest(part.pixels) for part in parts] == [part.attributes["sha256"] for part in parts]
-        entry = entry_of(job.views[item.view], path, parts, {})
+        entry = entry_of(job.views[item.view], path, parts, {}, job.neighbours[item.view])
     except (InputError, OSError, KeyError, ValueError, IndexError, AttributeError, TypeError):
         return None  # no file, or none of ours: it is made anew, as any file in the way is
     wanted = job.identity(item)
@@ -153,13 +154,16 @@ def _strip(job: Job, item: Item, parts: Iterable[Part]) -> Image | None:
     return strip(image, by_name["blurred"].pixels[..., 0], by_name["shaded"].pixels)
 
 
-def entry_of(view: View, path: Path, parts: Sequence[Part], seconds: dict[str, float]) -> dict[str, Any]:
+def entry_of(
+    view: View, path: Path, parts: Sequence[Part], seconds: dict[str, float], neighbours: Sequence[View] = ()
+) -> dict[str, Any]:
     """The view's entry in the manifest, from its parts alone, so that a file taken up again has the same."""
     return {
         "name": view.name,
         "file": path.name,
         "bytes": path.stat().st_size,
         "view": describe_view(view),
+        "neighbours": [{"name": each.name, "view": describe_view(each)} for each in neighbours],
         "surface_texels": parts[0].attributes["surface_texels"],
         "samples_outside": [int(part.attributes["outside"]) for part in parts if part.name.startswith("ao_")],
         "seconds": seconds,

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import post
-from lfssao.ao.estimators.neighbours import DepthCache, Neighbour, algorithm2_with_neighbours
 from lfssao.ao.estimators.registry import estimate_radii
 from lfssao.ao.ssao import Occlusion
-from lfssao.ao.textures import Buffers
+from lfssao.ao.textures import Buffers, Neighbour
 from lfssao.core.pictures import image_png
 from lfssao.errors import InputError, check_type
 from lfssao.gbuffer.caster import GBuffer, RayCaster
@@ -23,6 +22,7 @@ from lfssao.optics.display_file import find_display
 from lfssao.optics.view import View, seen_rows, without_guard
 from lfssao.rendering import contact, doubts
 from lfssao.rendering.exr import write_exr
+from lfssao.rendering.neighbours import DepthCache
 from lfssao.rendering.settings import Settings, default_radii
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples.rotation import angle_turns
@@ -31,6 +31,9 @@ from lfssao.scene.mesh import Mesh
 
 FloatTexture = NDArray[np.float32]
 Made = TypeVar("Made")
+
+# Estimators that count samples behind a surface, of texels with a surface alone: at radius 0 all have one outcome.
+COUNTING = "lf", "lf-neighbours"
 
 _LAYER_OF = {"ao": "ao", "merge": "merged", "blur": "blurred", "shade": "shaded"}
 
@@ -149,7 +152,7 @@ def finish_view(
     size = (0, 0) if surface_texels else gbuffer.depth.shape  # nobody reads a layer left out of a view with a surface
     zero, black = np.zeros(size, np.float32), np.zeros((*size, 3), np.float32)
     unoccluded = [Occlusion(zero, 0)] * len(settings.radii)
-    ao = run("ao", lambda: occlusions(Buffers.of(gbuffer, view), settings, neighbours), unoccluded)
+    ao = run("ao", lambda: occlusions(Buffers.of(gbuffer, view, neighbours), settings), unoccluded)
     merged = run("merge", lambda: post.merge([each.texture for each in ao]), zero)
     blurred = run("blur", lambda: post.blur(merged, settings.blur), zero)
     color = gbuffer.color  # a mesh without colour is white
@@ -177,7 +180,7 @@ def _timed(seconds: dict[str, float], name: str, work: Callable[[], Made]) -> Ma
     return made
 
 
-def occlusions(buffers: Buffers, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> list[Occlusion]:
+def occlusions(buffers: Buffers, settings: Settings) -> list[Occlusion]:
     """Occlusion of each radius: equal radii are computed once, and one sample stands for all of radius 0."""
     rotation, depth = settings.rotation, buffers.depth
     if isinstance(rotation, np.ndarray):
@@ -188,21 +191,16 @@ def occlusions(buffers: Buffers, settings: Settings, neighbours: Sequence[Neighb
         buffers = buffers.turned(rotation, settings.rotation_seed)
     radii = list(dict.fromkeys(settings.radii))
     found: dict[float, Occlusion] = {}
-    if settings.estimator == "lf" and settings.samples is not None and 0.0 in radii:
+    if settings.estimator in COUNTING and settings.samples is not None and 0.0 in radii:
         radii.remove(0.0)
-        (one,) = _estimate(buffers, [0.0], replace(settings, samples=settings.samples[:1]), neighbours)
+        (one,) = _estimate(buffers, [0.0], replace(settings, samples=settings.samples[:1]))
         found[0.0] = Occlusion(one.texture, one.outside * len(settings.samples))
     if radii:
-        found |= zip(radii, _estimate(buffers, radii, settings, neighbours), strict=True)
+        found |= zip(radii, _estimate(buffers, radii, settings), strict=True)
     return [found[radius] for radius in settings.radii]
 
 
-def _estimate(
-    buffers: Buffers, radii: Sequence[float], settings: Settings, neighbours: Sequence[Neighbour]
-) -> list[Occlusion]:
-    if neighbours and settings.samples is not None:
-        around = buffers.depth, buffers.positions, buffers.view.world_to_image, neighbours, settings.samples
-        return [algorithm2_with_neighbours(*around, radius) for radius in radii]
+def _estimate(buffers: Buffers, radii: Sequence[float], settings: Settings) -> list[Occlusion]:
     points, weights = settings.samples, settings.weights
     parameters = {**settings.parameters, "units": settings.units}
     return estimate_radii(settings.estimator, buffers, radii, points, weights, **parameters)

@@ -11,19 +11,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.neighbours import Neighbour
-from lfssao.ao.textures import Buffers
+from lfssao.ao.textures import Buffers, Neighbour
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.view import View, seen_rows
-from lfssao.rendering.passes import Textures, occlusions
+from lfssao.rendering.passes import COUNTING, Textures, occlusions
 from lfssao.rendering.settings import Settings
 
 RULES = {
     "modules": "the image of the scene's box misses the texture: nothing is cast, and no pass runs",
     "rows": "rows outside the image of the scene's box see nothing and are not cast (flat displays and cameras)",
-    "background": "AO of a texel without a surface is 0: estimator lf looks up no sample of it",
+    "background": "AO of a texel without a surface is 0: estimators lf and lf-neighbours look up no sample of it",
     "radii": "a radius that comes again has the texture of the first",
-    "samples of radius 0": "all samples of radius 0 have one outcome: estimator lf looks up one of them",
+    "samples of radius 0": "all of radius 0 have one outcome: estimators lf and lf-neighbours look up one of them",
     "normals": "neither the estimator reads normals nor were they asked for",
     "colour": "the mesh has no colour: AO is multiplied into white",
 }
@@ -38,7 +37,7 @@ def planned(views: Sequence[View], boxes: Sequence[NDArray[np.float64]], setting
     seen = [(view, seen_rows(view, box)) for view, box in product(views, boxes)]
     heights = [(view.height, len(rows)) for view, rows in seen if rows]
     samples, radii = 1 if settings.samples is None else len(settings.samples), len(settings.radii)
-    one = settings.estimator == "lf" and 0.0 in settings.radii
+    one = settings.estimator in COUNTING and 0.0 in settings.radii
     made = {
         "modules": (len(seen) - len(heights), len(seen)),
         "rows": (sum(height - cast for height, cast in heights), sum(height for height, _ in heights)),
@@ -52,7 +51,7 @@ def planned(views: Sequence[View], boxes: Sequence[NDArray[np.float64]], setting
 
 def background(settings: Settings, texels: int, surface_texels: int) -> LeftOut:
     """The texels whose AO is not computed, known once rays are cast."""
-    skipped = (texels - surface_texels) * (settings.estimator == "lf")
+    skipped = (texels - surface_texels) * (settings.estimator in COUNTING)
     return {"background": (skipped, texels)} if skipped else {}
 
 
@@ -60,7 +59,7 @@ def ao_seconds(textures: Textures, settings: Settings, neighbours: Sequence[Neig
     """Seconds of a view's AO as it runs, and with all that is left out; the shortest of five runs each."""
     view, gbuffer, all_radii = textures.view, textures.gbuffer, replace(settings, radii=other_radii(settings.radii))
     cases = (gbuffer, settings), (without_background(gbuffer), all_radii)
-    works = (partial(occlusions, Buffers.of(seen, view), chosen, neighbours) for seen, chosen in cases)
+    works = (partial(occlusions, Buffers.of(seen, view, neighbours), chosen) for seen, chosen in cases)
     as_it_runs, with_all = (min(repeat(work, number=1, repeat=5)) for work in works)
     return as_it_runs, with_all
 

@@ -13,8 +13,8 @@ from typing import Any
 import numba
 
 from lfssao import __version__
-from lfssao.ao.estimators.neighbours import DepthCache, Neighbour
 from lfssao.ao.estimators.registry import find_estimator
+from lfssao.ao.textures import Neighbour
 from lfssao.core.arguments import MOST_TEXELS
 from lfssao.core.files import output_folder
 from lfssao.core.memory import available_memory, check_available
@@ -26,6 +26,7 @@ from lfssao.rendering.animation import moved
 from lfssao.rendering.contact import write_animation
 from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.job import Item, Job
+from lfssao.rendering.neighbours import DepthCache
 from lfssao.rendering.passes import Textures, render_view
 from lfssao.rendering.viewer import LightField
 

@@ -76,13 +76,14 @@ class Settings:
     weights : (n,) float64 or None
         Weights of the samples; as ``samples``.
     neighbours : int
-        How many of a module's nearest modules are asked whether a sample lies in the open; for estimator 'lf' only.
+        How many of a module's nearest modules are asked whether a sample lies in the open. More than 0 make estimator
+        'lf' 'lf-neighbours', which needs at least one; no other estimator takes any.
     caster : str
         'exact', or 'embree' for Embree's own first hits (``RayCaster.gbuffer``).
     rotation : str, (H, W) float32 or float64, or None
         How samples turn from texel to texel, a name of ``lfssao.samples.ROTATIONS`` or the angle of each texel, guard
-        band included, radians; 'none': all texels share them. For estimators that know it, and without neighbours. None
-        becomes the estimator's own, 'hash' of lf, point and hemisphere, or with neighbours 'none'.
+        band included, radians; 'none': all texels share them. For estimators that know it. None becomes the
+        estimator's own, 'hash' of lf, point and hemisphere.
     rotation_seed : int
         Seed of the rotation 'hash', 0 to 2**64 - 1.
     layers : tuple of str, or None
@@ -121,21 +122,25 @@ class Settings:
         self._check_names()
         if self.caster == "embree":
             require_embree()
+        object.__setattr__(self, "neighbours", check_whole("neighbours", self.neighbours, 0))
+        if self.neighbours and self.estimator == "lf":
+            object.__setattr__(self, "estimator", "lf-neighbours")
         estimator = find_estimator(self.estimator)
+        if estimator.neighbours != (self.neighbours > 0):
+            refused = f"neighbours are for estimator lf, not for {self.estimator}"
+            missing = f"estimator {self.estimator} asks other modules: neighbours must be at least 1"
+            raise InputError(refused if self.neighbours else missing)
         check_type("parameters", self.parameters, Mapping)
         object.__setattr__(self, "parameters", full_parameters(estimator, self.parameters))
         check_samples(estimator, self.samples, self.weights)
-        object.__setattr__(self, "neighbours", check_whole("neighbours", self.neighbours, 0))
         object.__setattr__(self, "rotation_seed", check_seed("rotation_seed", self.rotation_seed))
         if self.samples is None:
             points, weights = estimator.default_samples()
             object.__setattr__(self, "samples", points)
             object.__setattr__(self, "weights", weights)
         if self.rotation is None:
-            object.__setattr__(self, "rotation", "none" if self.neighbours else estimator.rotation)
+            object.__setattr__(self, "rotation", estimator.rotation)
         self._check_rotation(estimator)
-        if self.neighbours and self.estimator != "lf":
-            raise InputError(f"neighbours are for estimator lf, not for {self.estimator}")
         if self.normals is None and (self._reads_normals or "normals" in (self.layers or ())):
             object.__setattr__(self, "normals", "geometric")
 
@@ -146,8 +151,6 @@ class Settings:
             check_angles(self.rotation)
         if not isinstance(self.rotation, str) or self.rotation != "none":
             check_turning(estimator)
-            if self.neighbours:
-                raise InputError("rotation: with neighbours samples do not turn")
         common = isinstance(self.rotation, str) and self.rotation == "common-hash"
         if self.parameters.get("angle_sum") == "float32" and not common:
             raise InputError("angle_sum is float32, which is of the rotation 'common-hash' alone")

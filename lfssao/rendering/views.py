@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.neighbours import nearest_modules
 from lfssao.core.arguments import as_whole
 from lfssao.errors import InputError, shown
 from lfssao.optics.display import Display, fit_roi
 from lfssao.optics.display_file import find_display
 from lfssao.optics.view import View, box_of, check_positions
+from lfssao.rendering.neighbours import nearest_modules
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 

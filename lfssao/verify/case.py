@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Value
 from lfssao.ao.estimators.registry import find_estimator
+from lfssao.ao.textures import Buffers, Neighbour
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import KINDS, View, WorldToImage
 from lfssao.samples.rotation import texel_turns
@@ -67,6 +68,26 @@ def described_view(parameters: Parameters) -> View:
     arrays = ("cast_from_world", "world_from_cast", "screen_to_world")
     described |= {name: np.array(described[name]) for name in arrays if described[name] is not None}
     return View(**{**described, "lens": lens}, world_to_image=described_mapping(parameters))
+
+
+def described_buffers(parameters: Parameters, inputs: Arrays) -> Buffers:
+    """The textures of a case's view as estimators read them, of depth, positions and what else there is."""
+    view, turns = described_view(parameters), described_turns(parameters, inputs)
+    textures = inputs["depth"], inputs["positions"], inputs.get("normals"), turns
+    return Buffers(view, *textures, neighbours=described_neighbours(parameters, inputs) or ())
+
+
+def described_neighbours(parameters: Parameters, inputs: Arrays) -> list[Neighbour] | None:
+    """Mapping and depth texture of each module that a case's module asks; None where one of them is not known."""
+    asked = parameters.get("neighbours", ())
+    if asked is None or any(depth_of(each["name"]) not in inputs for each in asked):
+        return None
+    return [(described_mapping(each), inputs[depth_of(each["name"])]) for each in asked]
+
+
+def depth_of(module: str) -> str:
+    """The name of another module's depth texture among the inputs of a case."""
+    return f"depth of {module}"
 
 
 def described_options(parameters: Parameters, radius: float) -> dict[str, Value]:

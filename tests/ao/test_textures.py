@@ -21,3 +21,15 @@ DEPTH, PLACES = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
 def test_textures_that_do_not_fit_are_refused(textures, words):
     with pytest.raises(InputError, match=words):
         Buffers(VIEW, *textures)
+
+
+@pytest.mark.parametrize(("neighbour", "words"), [
+    (VIEW.world_to_image, "neighbour 1 is WorldToImage"),
+    ((VIEW, DEPTH), "mapping of neighbour 1 is of type View"),
+    ((VIEW.world_to_image, PLACES), "depth of neighbour 1 has shape"),
+    ((VIEW.world_to_image, DEPTH.astype(float)), "depth of neighbour 1 is of float64, expected float32"),
+    ((VIEW.world_to_image, np.full((2, 2), np.nan, np.float32)), "depth of neighbour 1 is NaN"),
+])  # fmt: skip
+def test_neighbours_that_are_none_are_refused(neighbour, words):
+    with pytest.raises(InputError, match=words):
+        Buffers(VIEW, DEPTH, PLACES, neighbours=[(VIEW.world_to_image, DEPTH[:2]), neighbour])

@@ -12,7 +12,7 @@ from jobs import sentence
 from skimage.metrics import structural_similarity
 from turns import Times, balanced_orders, in_turn
 
-from lfssao.ao.estimators.registry import ESTIMATORS, estimate
+from lfssao.ao.estimators.registry import ESTIMATORS, estimate, of_one_view
 from lfssao.ao.ground_truth import Occluders, ray_cast_occlusion
 from lfssao.ao.post import blur
 from lfssao.bench.work_precision import page, plot, run
@@ -335,7 +335,7 @@ def test_plots_are_drawn_from_the_json_only(tmp_path):
 
 
 def test_families_of_the_plots_are_all_estimators():
-    assert sorted(name for names in plot.FAMILIES.values() for name in names) == sorted(ESTIMATORS)
+    assert sorted(name for names in plot.FAMILIES.values() for name in names) == sorted(of_one_view())
 
 
 def refused(capsys, *words):
@@ -380,7 +380,7 @@ def test_a_tiny_run_is_interrupted_goes_on_and_gives_advice(capsys, tmp_path, mo
     tiny = replace(grid.QUICK, width=24, height=18, **few)
     monkeypatch.setattr("lfssao.cli.bench_work_precision.QUICK", tiny)
     names = ("lf", "vo-lines", "sao")
-    monkeypatch.setattr(run, "ESTIMATORS", {name: ESTIMATORS[name] for name in names})
+    monkeypatch.setattr(run, "of_one_view", lambda: {name: ESTIMATORS[name] for name in names})
     real, measured = run.errors_of, []
 
     def interrupted(scene, estimator):

@@ -99,7 +99,7 @@ FILES = {"line\nbreak.obj": "", "fine.obj": TRIANGLE, "b.png": "garbage"}
     (["statue", "--neighbours", "1", "--camera"], "--neighbours does not go with --camera"),
     (["statue", "--rotate", "hsh"], "there is no rotation 'hsh' (did you mean 'hash'?)"),
     (["statue", "--rotate", "ign", "--estimator", "multiresolution"], "multiresolution do not turn by it"),
-    (["statue", "--rotate", "ign", "--neighbours", "2", "--display", "c80"], "with neighbours samples do not turn"),
+    (["statue", "--rotate", "ign", "--neighbours", "2", "--display", "c80"], "estimator lf-neighbours do not turn"),
     (["n" * 300], "n: there is no such file, and no embedded scene of that name (gallery, turntable, "),
     (["teapot"], "teapot: there is no such file, and no embedded scene of that name (gallery, turntable, "),
     (["teapot.obj"], "teapot.obj: there is no such file"),

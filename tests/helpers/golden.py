@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import lfssao
-from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.estimators.registry import of_one_view
 
 GOLDEN = Path(__file__).parents[1] / "project" / "golden" / "digests.json"
 WIDTH, HEIGHT = 160, 120
@@ -60,7 +60,7 @@ def cameras():
 def estimators(where):
     """Every estimator with its own samples, on a display or on a camera."""
     mesh = scene("statue")
-    for name in sorted(ESTIMATORS):
+    for name in sorted(of_one_view()):
         chosen = settings(mesh, estimator=name)
         through, what = (through_a_module, "sample-a") if where == "display" else (through_a_camera, "perspective")
         yield f"{name} {where}", through(mesh, what, chosen)

@@ -11,11 +11,12 @@ from jobs import manifest_of, render
 
 from lfssao import Buffers, Camera, Mesh, RayCaster, Settings, Textures, display_names, estimate, find_display
 from lfssao.ao import post, ssao
-from lfssao.ao.estimators.neighbours import DepthCache, algorithm2_with_neighbours
-from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.estimators.neighbours import algorithm2_with_neighbours
+from lfssao.ao.estimators.registry import of_one_view
 from lfssao.cli.main import main
 from lfssao.optics.kernels.projection import CROSSED_SLITS
 from lfssao.optics.view import WorldToImage, seen_rows
+from lfssao.rendering.neighbours import DepthCache
 from lfssao.rendering.passes import occlusions, render_view
 from lfssao.rendering.plan import RULES, background, other_radii, planned, without_background
 from lfssao.rendering.views import module_views, neighbour_views
@@ -95,7 +96,7 @@ def test_cameras(statue, projection, place):
     assert (cover > 0) == bool(rows) == (place != "beside")
 
 
-@pytest.mark.parametrize("name", ESTIMATORS)
+@pytest.mark.parametrize("name", of_one_view())
 def test_every_estimator(statue, name):
     view = module_views(statue, find_display("sample-a").with_resolution(32, 24), range(4, 5), 0,
                         placed(statue.bounds, 2, (0.5, 0.2, 0)))[0]  # fmt: skip

@@ -35,6 +35,7 @@ def test_default_radii_are_fractions_of_the_diagonal(statue):
     ({"samples": np.zeros((4, 2))}, r"samples have shape \(4, 2\)"),
     ({"neighbours": -1}, "neighbours is -1, it must be a whole number of at least 0"),
     ({"neighbours": 1, "estimator": "sao"}, "neighbours are for estimator lf, not for sao"),
+    ({"estimator": "lf-neighbours"}, "estimator lf-neighbours asks other modules: neighbours must be at least 1"),
     ({"units": "feet"}, "units: there is no choice 'feet': choose one of radii, world"),
     ({"estimator": "sao", "parameters": {"angle_sum": "float32"}}, "angle_sum is float32, which is of the rotation"),
     ({"layers": ()}, "layers: at least one"),

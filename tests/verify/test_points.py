@@ -59,6 +59,7 @@ def test_few_points_are_undecided(name, seen):
     estimator = find_estimator(name)
     points, weights = estimator.default_samples()
     changes = {"range_check": True, "surface": "positions"} if "surface" in estimator.parameters else {"second": 0.5}
+    changes = {name: value for name, value in changes.items() if name in estimator.parameters}
     for shown, radius in seen:
         there = shown.depth < np.inf
         for options in (estimator.parameters, {**estimator.parameters, **changes}):

@@ -86,6 +86,7 @@ class Estimator:
     # Bytes a texel of the float32 textures that it has in memory at once: what it makes, what it returns and what is
     # kept with the view, the most over all views and parameters, turns included.
     texel_bytes: int = 4
+    neighbours: bool = False  # whether it reads depth textures of other modules (``Buffers.neighbours``)
     turns: bool = False  # whether its samples may turn from texel to texel (``Buffers.turns``)
     rotation: str = "none"  # how they do by default, a name of ``lfssao.samples.ROTATIONS``
     # The method of ``make_samples`` whose points of seed 0 are its own sample set; None where it has another set.

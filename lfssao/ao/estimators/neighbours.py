@@ -1,75 +1,41 @@
-"""Algorithm 2 on several modules: which are a module's neighbours, their depth textures, and the occlusion by all."""
+"""Algorithm 2 where a sample is occluded only if it lies behind the surface in every module's texture it falls into.
+
+Not in LF. A module's texture is a surface without a back, so a sample behind it may lie in the open, and another
+module may see it there. Modules agree better that way (benchmarks/README.md, "From module to module"). Without other
+modules occlusion is that of Algorithm 2, bit for bit. More of them never add occlusion to a sample that falls into the
+module's own texture.
+"""
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options
+from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction
 from lfssao.ao.ssao import Occlusion, run_kernel, scaled_offsets
-from lfssao.ao.textures import Texture, check_fit, check_texture
-from lfssao.errors import InputError, check_type, shown
-from lfssao.gbuffer.caster import RayCaster
-from lfssao.optics.display import Display
-from lfssao.optics.view import View, WorldToImage, seen_rows
-
-Neighbour = tuple[WorldToImage, NDArray[np.float32]]
-
-
-def nearest_modules(display: Display, index: int, count: int) -> list[int]:
-    """Modules whose lenses are nearest to one's, without itself; of equals the lower first. InputError if too few."""
-    others = len(display.modules) - 1
-    if not 0 <= count <= others:
-        raise InputError(f"neighbours is {count}: {display.name} has {others} modules besides module {index}")
-    here = display.modules[index]
-    away = [(m.x - here.x) ** 2 + (m.y - here.y) ** 2 + (m.z - here.z) ** 2 for m in display.modules]
-    return sorted(set(range(len(away))) - {index}, key=lambda k: (away[k], k))[:count]
-
-
-class DepthCache:
-    """Depth textures of a caster's scene, the last ``size``: modules in turn need twice their neighbours, and one."""
-
-    def __init__(self, caster: RayCaster, size: int) -> None:
-        def depth(view: View, how: str) -> NDArray[np.float32]:
-            rows = seen_rows(view, caster.bounds)
-            return caster.gbuffer(view, None, rows=rows, caster=how, positions=False).depth
-
-        self._depth = lru_cache(size)(depth)
-
-    def neighbours(self, views: tuple[View, ...], caster: str = "exact") -> list[Neighbour]:
-        """Mapping and depth texture of each view; ``caster`` as of ``RayCaster.gbuffer``."""
-        return [(view.world_to_image, self._depth(view, caster)) for view in views]
+from lfssao.ao.textures import Buffers, Neighbour, Texture, check_fit, check_neighbours, check_texture
+from lfssao.errors import InputError, check_type
+from lfssao.optics.view import WorldToImage
+from lfssao.samples import make_samples
 
 
 def algorithm2_with_neighbours(
     depth: Texture,
     positions: Texture,
     world_to_image: WorldToImage,
-    neighbours: Sequence[tuple[WorldToImage, Texture]],
+    neighbours: Sequence[Neighbour],
     samples: Texture,
     radius: float,
 ) -> Occlusion:
     """Algorithm 2 on the textures of several modules: a sample is occluded if it is behind the surface in each.
 
-    Not in LF. A neighbour may see in the open a sample that the module's own texture hides; with no neighbours the
-    result is that of ``algorithm2``, bit for bit. More neighbours never add occlusion to a sample that falls into the
-    module's own texture.
-
     neighbours: mapping and depth texture, (H_k, W_k) of depth's dtype, of each other module; all else as for
     ``algorithm2``. Raises InputError as that, and if a neighbour is none or all have 2^31 texels.
     """
-    from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction  # late: the default does not need it
-
     check_type("world_to_image", world_to_image, WorldToImage)
     check_texture("depth", depth, 2)
     check_fit("positions", positions, depth, 3)
-    for number, neighbour in enumerate(neighbours):
-        if not isinstance(neighbour, tuple | list) or len(neighbour) != 2:
-            raise InputError(f"neighbour {number} is {shown(neighbour)}, it must be a mapping and a depth texture")
-        check_type(f"mapping of neighbour {number}", neighbour[0], WorldToImage)
-        check_texture(f"depth of neighbour {number}", neighbour[1], 2)
-        if neighbour[1].dtype != depth.dtype:
-            raise InputError(f"depth of neighbour {number} is of {neighbour[1].dtype}, expected {depth.dtype}")
+    check_neighbours(neighbours, depth)
     views = [(world_to_image, depth), *neighbours]
     numbers = np.zeros((len(views), 44), depth.dtype)  # as many as kind DISPLAY has
     for row, (mapping, _) in zip(numbers, views, strict=True):
@@ -83,3 +49,28 @@ def algorithm2_with_neighbours(
     kinds = np.array([mapping.kind for mapping, _ in views], np.int64)
     given = np.ascontiguousarray(depth), np.ascontiguousarray(positions), scaled_offsets(samples, radius, depth.dtype)
     return run_kernel(hidden_fraction, depth, *given, Views(kinds, numbers, sizes, ends - texels, depths))
+
+
+def _run(
+    buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: Options
+) -> Occlusion:
+    """Return occlusion at R; points, (n, 3), are offsets in the unit ball, which all weigh 1 / n."""
+    depth, mapping = buffers.view.image_z(buffers.depth), buffers.view.world_to_image
+    return algorithm2_with_neighbours(depth, buffers.positions, mapping, buffers.neighbours, points, radius)
+
+
+LF_NEIGHBOURS = Estimator(
+    name="lf-neighbours",
+    title="share of samples in the ball that no module sees in the open",
+    source="LF Algorithm 2, on the depth textures of several modules",
+    formula="ao = (number of samples with surDepth < smp.z in all textures they fall into, one or more) / (number)",
+    run=_run,
+    samples=lambda n: (make_samples("latin", n), None),
+    sampling="latin",
+    integrand=("uniform", "shell"),
+    whole_ball=True,
+    neighbours=True,
+    texel_bytes=8,
+)
+
+ENTRIES = (LF_NEIGHBOURS,)

@@ -26,6 +26,7 @@ _FAMILIES: dict[str, tuple[str, ...]] = {
     "vo.area": ("vo-area", "vo-area-normal"),
     "horizon": ("hbao",),
     "oriented": ("oriented-hemisphere",),
+    "neighbours": ("lf-neighbours",),
 }
 
 
@@ -44,6 +45,11 @@ def find_estimator(name: str) -> Estimator:
     """Return the estimator of a name; raises InputError if there is none."""
     check_choice("estimator", name, ESTIMATORS)
     return ESTIMATORS[name]
+
+
+def of_one_view() -> dict[str, Estimator]:
+    """Return the estimators by name that read the textures of one view alone."""
+    return {name: estimator for name, estimator in ESTIMATORS.items() if not estimator.neighbours}
 
 
 def estimate(

@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 
 from lfssao.ao import post, ssao
-from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
+from lfssao.ao.estimators.registry import of_one_view
 from lfssao.ao.ssao import Occlusion
 from lfssao.bench.stability import scalar_cases
 from lfssao.bench.stability.conditions import CONDITIONS, conditions
@@ -129,14 +129,14 @@ def _scalars() -> Inputs:
 def _cases() -> Iterator[Case]:
     inputs = list(chain(mapped(), _scalars(), occlusions(), conditions()))
     for name, (stiff, stated) in (_DIFFICULTIES | OCCLUSIONS | CONDITIONS).items():
-        paths = PATHS if name in _DIFFICULTIES else tuple(ESTIMATORS)
+        paths = PATHS if name in _DIFFICULTIES else tuple(of_one_view())
         yield Case(name, stiff, [(text, run) for case, text, run in inputs if case == name], stated, paths)
 
 
 def _lacking() -> Iterator[Lack]:
     """Estimators that have no formulas of texels; decisions of ``lf`` are those of the cases of a mapping."""
-    for name in ESTIMATORS:
-        if name != "lf" and not find_estimator(name).reads_texels:
+    for name, estimator in of_one_view().items():
+        if name != "lf" and not estimator.reads_texels:
             yield Lack("formulas", name, "not written as formulas of texels")
 
 

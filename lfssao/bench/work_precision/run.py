@@ -20,7 +20,7 @@ import numpy as np
 
 from lfssao.ao import post
 from lfssao.ao.estimators.estimator import Estimator
-from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.estimators.registry import of_one_view
 from lfssao.ao.textures import Texture
 from lfssao.bench.work_precision.advise import FORMAT
 from lfssao.bench.work_precision.figures import FIGURES, combine_others, figures, null_lines, pooled, rms
@@ -143,7 +143,7 @@ def _short(number: float) -> float:
 
 def integrands() -> list[tuple[str, str]]:
     """Those of all truths: visibility, and each estimator's own."""
-    return list(dict.fromkeys([VISIBILITY, *(estimator.integrand for estimator in ESTIMATORS.values())]))
+    return list(dict.fromkeys([VISIBILITY, *(estimator.integrand for estimator in of_one_view().values())]))
 
 
 def start(meshes: Sequence[Mesh], grid: Grid, threads: int) -> dict[str, Any]:
@@ -169,7 +169,7 @@ def _commit() -> str | None:
 
 def steps(result: dict[str, Any]) -> int:
     """Number of steps that a result has left, which ``run`` names."""
-    missing = len(set(ESTIMATORS) - set(result["estimators"]))
+    missing = len(set(of_one_view()) - set(result["estimators"]))
     return missing * len(result["setup"]["scenes"]) + (0 if "nulls" in result else len(integrands()))
 
 
@@ -190,7 +190,7 @@ def run(
                 nulls.setdefault(" ".join(integrand), []).append({name: _short(n) for name, n in lines.items()})
         result["nulls"] = nulls
         save()
-    for name, estimator in ESTIMATORS.items():
+    for name, estimator in of_one_view().items():
         if name not in result["estimators"]:
             times, found = [], []
             for scene in scenes:

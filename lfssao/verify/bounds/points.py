@@ -6,7 +6,7 @@ between those that any texel gives where the look-up may fall (``kernels.sums``)
 ``sao`` and the rises of horizons of ``hbao``. Both ways of VO to make one occlusion of two radii grow with each.
 
 Terms of ``vo-area`` on displays are made of filtered textures (``kernels.moment_balls``), and do not jump.
-``multiresolution`` sums terms of texels that no arithmetic chooses.
+``multiresolution`` sums terms of texels that no arithmetic chooses. ``lf-neighbours`` counts decisions, as ``lf``.
 """
 
 from collections.abc import Callable
@@ -27,6 +27,7 @@ from lfssao.verify.bounds.kernels.folds import bound_folds
 from lfssao.verify.bounds.kernels.seen import Seen
 from lfssao.verify.bounds.kernels.sums import NO_STORY, bound_sums, end_sums
 from lfssao.verify.bounds.multiresolution import multiresolution
+from lfssao.verify.bounds.neighbours import neighbours
 from lfssao.verify.bounds.post import merge_bounds, union_ends
 from lfssao.verify.bounds.problem import Options, Problem, Weights, held, view_of_formulas
 from lfssao.verify.bounds.sao import LIMITLESS, sao
@@ -167,6 +168,7 @@ BOUNDED: dict[str, Callable[[Problem, float], Bounds | None]] = {
     "vo-area": partial(_hidden_areas, name="vo-area"),
     "vo-area-normal": partial(_hidden_areas, name="vo-area-normal"),
     "multiresolution": multiresolution,
+    "lf-neighbours": neighbours,
     "sao": sao,
     "sao-equation-1": sao,
 }

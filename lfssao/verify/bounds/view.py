@@ -10,7 +10,6 @@ from functools import cache
 
 import numpy as np
 
-from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import Bounds, Texture, exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bounds_of
 from lfssao.verify.bounds.error_model import ErrorModel
@@ -19,7 +18,16 @@ from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
 from lfssao.verify.bounds.problem import Problem
 from lfssao.verify.bounds.ssao import ao_bounds, image_depth
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import Arrays, Parameters, described_mapping, described_options, described_turns, described_view
+from lfssao.verify.case import (
+    Arrays,
+    Parameters,
+    described_buffers,
+    described_mapping,
+    described_neighbours,
+    described_options,
+    described_turns,
+    described_view,
+)
 
 
 def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
@@ -30,11 +38,13 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
     if depth is None or (positions is None and back is None):
         return None
     if name == "lf":
-        turns, room, back = described_turns(parameters, inputs), 0.0, None if back is None else np.array(back)
+        turns = described_turns(parameters, inputs)
+        room, back = 0.0, None if back is None else np.array(back)
         if "view" in parameters:
             depth, room = image_depth(described_view(parameters), depth, model)
         return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back, turns, room)
-    if not has_bounds(name) or model.exact or positions is None:
+    unknown = positions is None or described_neighbours(parameters, inputs) is None
+    if unknown or not has_bounds(name) or model.exact:
         return None
     given = described_problem(parameters, inputs, radius, model)
     return point_bounds(name, given.seen, radius, inputs.get("points"), given.weights, given.options, model)
@@ -42,8 +52,7 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
 
 def described_problem(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Problem:
     """The arguments of bounds of an estimator but ``lf`` at radius R, by parameters and inputs of a view."""
-    turns, options = described_turns(parameters, inputs), described_options(parameters, radius)
-    seen = Buffers(described_view(parameters), inputs["depth"], inputs["positions"], inputs.get("normals"), turns)
+    seen, options = described_buffers(parameters, inputs), described_options(parameters, radius)
     points, weights = inputs.get("points"), inputs.get("weights")
     return Problem(seen, np.asarray([] if points is None else points, np.float64), weights, options, model)
 

@@ -20,8 +20,9 @@ from lfssao.verify.compare.agreement import parts_of
 from lfssao.verify.compare.background import with_background, without_background
 from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
-from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, check_types, check_windows
+from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage
 from lfssao.verify.compare.linear import check_camera, with_distances
+from lfssao.verify.compare.neighbours import Neighbours
 from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import WORST_RANK, Panels
 from lfssao.verify.compare.power import Power, power_of
@@ -165,6 +166,7 @@ class Comparison:
             if self._surface is None:
                 raise InputError(f"--mesh: {reference} is not what 'lfssao render' writes, its views are not known")
             _ = self._surface.mesh  # refused before anything is compared
+        self._neighbours = Neighbours(self._reference, self._mine, self._storage, self._surface, background)
         self._diagnoser = Diagnoser(self._reference, self._model, self._surface) if diagnosis else None
         self._results: list[Result] = []
         self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
@@ -202,8 +204,9 @@ class Comparison:
             self._judge(module, wanted, found, case)
         except InputError as error:
             raise InputError(f"{self._reference.path}: its manifest is not of its textures ({error})") from error
-        noise = noise_of_turns(case) if _is_occlusion_wrong(module, self._results) else ""
-        self._notes += [noise] if noise and noise not in self._notes else []
+        if _is_occlusion_wrong(module, self._results):
+            said = noise_of_turns(case), self._neighbours.note(module, case)
+            self._notes += [note for note in said if note and note not in self._notes]
         if self._wanted is None:
             self._notes += [f"{module}: channel {name} is not in the reference" for name in matcher.unused()]
 
@@ -212,11 +215,8 @@ class Comparison:
         found: dict[str, Layer | Result] = {}
         for right in reference:
             try:
-                layer = matcher.find(right)
+                layer = matcher.matched(right, self._storage)
                 if layer is not None:
-                    check_windows(layer, right)  # planes of another size are not decoded
-                    layer = self._storage.read(layer, right)
-                    check_types(layer, right)
                     found[right.name] = layer
             except MismatchError as error:
                 found[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))
@@ -232,6 +232,8 @@ class Comparison:
         stored = {name: layer.stored for name, layer in layers.items() if layer.stored is not None}
         names = [layer.name for layer in wanted if layer.name in layers]
         case = self._with_surface(module, mine, case, names)
+        if any(not equal_bits(mine[name], case.outputs[name]).all() for name in names):
+            case = self._neighbours.known(case)
         if "depth" in stored and stored["depth"].linear:
             case, mine = with_distances(case, mine, self._model)
             layers["depth"] = replace(layers["depth"], planes=(mine["depth"],))

@@ -133,6 +133,16 @@ class Matcher:
             raise MismatchError("its channels have different data windows")
         return Layer(layer.name, tuple(c.title for c in chosen), tuple(c.plane for c in chosen), margins.pop())
 
+    def matched(self, layer: Layer, storage: "Storage") -> Layer | None:
+        """The layer of ``find`` as float32; MismatchError where its size, data window or type is another."""
+        found = self.find(layer)
+        if found is None:
+            return None
+        check_windows(found, layer)  # planes of another size are not decoded
+        made = storage.read(found, layer)
+        check_types(made, layer)
+        return made
+
     def unused(self) -> list[str]:
         """Channels of the other renderer that no layer of the reference was compared with."""
         return [c.title for c in self._all if c not in self._used]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.registry import ESTIMATORS, check_samples, find_estimator, full_parameters
+from lfssao.ao.estimators.registry import check_samples, find_estimator, full_parameters
 from lfssao.ao.post import MAX_SIGMA
 from lfssao.errors import errors_of
 from lfssao.optics.view import KINDS, View
@@ -22,6 +22,8 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
     """The case of a view from its manifest and its entry there, outputs left out; InputError if they lack something."""
     with reading_manifest(path), errors_of(f"{path}: its manifest"):
         parameters = _parameters(manifest["settings"], entry["view"])
+        if parameters["estimator"] == "lf-neighbours":
+            parameters["neighbours"] = _neighbours(manifest["settings"], entry)
         parameters["colored"] = bool(manifest.get("scene", {}).get("colored", False))
         tables: dict[str, NDArray[Any]] = {**_tables(manifest["settings"], parameters)}
         if manifest["settings"].get("rotation") == "angles":
@@ -43,12 +45,19 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
         "sigma": sigma,
         "guard": made.guard,
         "radii": tuple(float(radius) for radius in settings["radii"]),
-        "estimator": "lf with neighbours" if settings["neighbours"] else settings["estimator"],
+        "estimator": "lf-neighbours" if settings["neighbours"] else settings["estimator"],
         "options": {},
         "units": settings.get("units", "radii"),
         "rotation": rotation,
         "rotation_seed": int(settings.get("rotation_seed", 0)),
     }
+
+
+def _neighbours(settings: Mapping[str, Any], entry: Mapping[str, Any]) -> list[dict[str, Any]] | None:
+    """The modules that a view asks, by name and view; None where a manifest of an earlier time does not say which."""
+    asked = [(str(each["name"]), view_of(each["name"], each["view"])) for each in entry.get("neighbours", ())]
+    made = [{"name": name, **view_parameters(view)} for name, view in asked]
+    return made if len(made) == settings["neighbours"] else None
 
 
 def view_parameters(view: View) -> dict[str, Any]:
@@ -63,8 +72,6 @@ def view_parameters(view: View) -> dict[str, Any]:
 def _tables(settings: Mapping[str, Any], parameters: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
     """The sample tables of a view; the parameters get the estimator's options."""
     name = parameters["estimator"]
-    if name not in ESTIMATORS:  # with neighbours
-        return {}
     estimator, points = find_estimator(name), "samples" if name == "lf" else "points"
     parameters["options"] = full_parameters(estimator, settings["parameters"])
     given = {points: settings["samples"], "weights": settings["weights"]}

@@ -51,6 +51,7 @@ class Estimated(Problem):
     rotation: str  # the reference's, and its seed
     seed: int
     bounded: bool  # whether the reference's interval is known: if not, any rounding is off
+    asked: tuple[str, ...] = ()  # names of the modules that ``buffers.neighbours`` are of
     border: str | None = None  # a rule of ``INSIDE`` by which texels inside stand for those beyond the border
     model: ErrorModel | None = None  # of the bounds, where they are asked for
 
@@ -121,6 +122,7 @@ class Estimated(Problem):
         """All changes that are tried, those without values first."""
         made = [*of_texture(self), *self._of_options(), *view_changes(self.sight, self.centre, self.others)]
         made += of_borders()
+        made += self._of_neighbours()
         made.append(_with_buffers("positions of half precision", positions=lambda b: half(b.positions)))
         made.append(_with_buffers("depth of half precision", depth=lambda b: half(b.depth)))
         if self.estimator.turns:
@@ -164,6 +166,13 @@ class Estimated(Problem):
                 words = f"{name} {{}} in place of {value:g}"
                 yield scaled(name, partial(_with_option, name), Axis(1e-6 * most, most, signs=(1,), number=25), words)
 
+    def _of_neighbours(self) -> Iterator[Change]:
+        """Modules that are not asked, one or all."""
+        for k, name in enumerate(self.asked if len(self.asked) > 1 else ()):
+            yield plain(f"{name} is not asked", partial(_without_neighbours, of=slice(k, k + 1)))
+        if self.asked:
+            yield plain("no other module is asked", partial(_without_neighbours, of=slice(None)))
+
     def _of_turns(self) -> Iterator[Change]:
         """Samples that turn from texel to texel otherwise, or not."""
         turns, shape = self.buffers.turns, self.buffers.depth.shape
@@ -194,6 +203,12 @@ def _with_buffers(kind: str, **made: Callable[[Buffers], Any]) -> Change:
     return plain(kind, apply)
 
 
+def _without_neighbours(problem: Estimated, of: slice) -> Estimated:
+    rest = list(problem.buffers.neighbours)
+    del rest[of]
+    return problem.changed(buffers=replace(problem.buffers, neighbours=rest))
+
+
 def _padded(buffers: Buffers, guard: int, border: str) -> Buffers:
     """Textures with texels beyond the border, by a rule of ``INSIDE``."""
     mode = {"clamp": "edge", "mirror": "symmetric", "wrap": "wrap"}.get(border, "reflect")
@@ -205,7 +220,7 @@ def _padded(buffers: Buffers, guard: int, border: str) -> Buffers:
         return np.ascontiguousarray(np.pad(texture, widths, mode=mode))  # type: ignore[call-overload]
 
     textures = larger(buffers.depth), larger(buffers.positions), larger(buffers.normals), larger(buffers.turns, 1)
-    return Buffers(_widened(buffers.view, guard), *textures)
+    return Buffers(_widened(buffers.view, guard), *textures, neighbours=buffers.neighbours)
 
 
 def _widened(view: View, guard: int) -> View:

@@ -18,7 +18,16 @@ from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import Arrays, Case, described_mapping, described_options, described_turns, described_view
+from lfssao.verify.case import (
+    Arrays,
+    Case,
+    described_buffers,
+    described_mapping,
+    described_neighbours,
+    described_options,
+    described_turns,
+    described_view,
+)
 from lfssao.verify.diagnosis import post, surface
 from lfssao.verify.diagnosis.change import Places, Problem
 from lfssao.verify.diagnosis.estimated import Estimated, face_normals
@@ -76,8 +85,7 @@ class Texture:
     @cached_property
     def _buffers(self) -> Buffers:
         """The textures that estimators read."""
-        inputs, view = self.inputs, described_view(self.case.parameters)
-        return Buffers(view, inputs["depth"], inputs["positions"], inputs.get("normals"), self._turns)
+        return described_buffers(self.case.parameters, self.inputs)
 
     @cached_property
     def _face_normals(self) -> NDArray[Any]:
@@ -206,7 +214,7 @@ class Texture:
     def _estimated(self, at: Texels) -> Estimated | None:
         """Occlusion of one radius by running its estimator; None where it needs a texture that is not there."""
         parameters, inputs, name = self.case.parameters, self.inputs, self.case.parameters["estimator"]
-        if "positions" not in inputs or name not in ESTIMATORS:
+        if "positions" not in inputs or name not in ESTIMATORS or described_neighbours(parameters, inputs) is None:
             return None
         estimator = find_estimator(name)
         if estimator.reads_normals(parameters["options"]) and "normals" not in inputs:
@@ -219,6 +227,7 @@ class Texture:
             weights=inputs.get("weights"),
             options=described_options(parameters, at["radius"]),
             bounded=self.judged.bounds is not None,
+            asked=tuple(each["name"] for each in parameters.get("neighbours", ())),
             cost=1,  # a run of a whole texture makes all texels
         )
         return made.changed(cost=made.samples) if isinstance(made, Formulated) else made

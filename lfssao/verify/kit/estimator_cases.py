@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Value
-from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.estimators.registry import ESTIMATORS, of_one_view
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.ao.textures import Buffers
 from lfssao.optics.camera import Camera
@@ -93,8 +93,8 @@ def _remap_problem(estimator: Estimator) -> Problem:
     return parameters, {**inputs, "depth": inputs["depth"] - noise(12, *inputs["depth"].shape) * np.float32(0.1)}
 
 
-# All but LF's, which is Algorithms 1 and 2.
-_ESTIMATORS = {name: estimator for name, estimator in ESTIMATORS.items() if name != "lf"}
+# All of one view but LF's, which is Algorithms 1 and 2.
+_ESTIMATORS = {name: estimator for name, estimator in of_one_view().items() if name != "lf"}
 
 
 def _recipe(case: str, name: str, about: str, build: Callable[..., Problem], *arguments: Any) -> Recipe:

@@ -3,7 +3,7 @@
 from functools import cache
 from importlib.resources import files
 
-from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.estimators.registry import of_one_view
 from lfssao.ao.post import blur_weights
 from lfssao.samples.spiral import BEST_TURNS
 
@@ -16,7 +16,7 @@ def specification() -> dict[str, str]:
 
     Estimators stand in the order of the registry, in which one comes before those that are made of it.
     """
-    parts = ["ESTIMATORS.md", *(f"estimator_{name}.md" for name in ESTIMATORS if name != "lf")]
+    parts = ["ESTIMATORS.md", *(f"estimator_{name}.md" for name in of_one_view() if name != "lf")]
     weights = "\n".join(f"    {weight!s}" for weight in blur_weights(1.0))
     lines = [BEST_TURNS[k : k + _TURNS_A_LINE] for k in range(0, len(BEST_TURNS), _TURNS_A_LINE)]
     turns = "\n".join("    " + " ".join(map(str, line)) for line in lines)

@@ -13,7 +13,7 @@ import pytest
 from estimator_cases import filled_ball, sunflower
 
 from lfssao import estimate, make_samples
-from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.ao.estimators.registry import of_one_view
 
 RADIUS = 0.1  # less than the step's height, 0.125, which is also the sphere's radius
 WIDTH, HEIGHT = 192, 144  # a texel is 0.0052, 1/19 of the radius
@@ -151,7 +151,7 @@ def seen():
 
 
 @pytest.mark.parametrize("surface", scenes.SURFACES)
-@pytest.mark.parametrize("name", ESTIMATORS)
+@pytest.mark.parametrize("name", of_one_view())
 def test_an_estimator_tends_to_its_limit(name, surface, seen):
     limit, radius, points, parameters, tolerance = NEAR_THE_LIMIT[name]
     made = estimate(name, seen[surface], radius, points, **parameters).texture

@@ -1,26 +1,22 @@
 """Algorithm 2 with neighbours: the reference, bit for bit; no neighbours are Algorithm 2; what a second module sees."""
 
-from inspect import signature
+from dataclasses import replace
 
+import analytic_scenes as scenes
 import numpy as np
 import pytest
 from bits import assert_same_bits
 from hypothesis import given
 from hypothesis import strategies as st
-from jobs import NEEDS_EMBREE, manifest_of
-from jobs import render as render_files
+from oracle_scenes import in_distances
 from reference.passes import algorithm2_with_neighbours
 from ssao_cases import both, module_cases
 
-from lfssao import RayCaster, Settings, find_display, make_samples, module_views, read_exr
+from lfssao import RayCaster, estimate, find_display, make_samples, module_views
 from lfssao.ao import ssao
 from lfssao.ao.estimators import neighbours
-from lfssao.ao.estimators.neighbours import DepthCache, nearest_modules
 from lfssao.errors import InputError
 from lfssao.optics.view import KINDS, WorldToImage
-from lfssao.rendering.passes import render
-
-SAMPLE_A = find_display("sample-a")
 
 
 @st.composite
@@ -96,6 +92,20 @@ def test_a_neighbour_sees_behind_a_card():
     np.testing.assert_array_equal(together <= alone, True)
 
 
+def test_the_estimator_asks_the_neighbours_of_its_buffers():
+    """A camera's depth may be distances along its axis, which are no image z."""
+    rng, samples = np.random.default_rng(3), make_samples("latin", 8)
+    seen = in_distances(scenes.buffers("sphere on a plane", scenes.SIGHTS["perspective"](20, 15), np.float32))
+    mapping, depth = seen.view.world_to_image, seen.view.image_z(seen.depth)
+    others = [(mapping, (depth + 0.05 * rng.normal(size=depth.shape)).astype(np.float32)), (mapping, depth[:9])]
+    for asked in ([], others):
+        expected = neighbours.algorithm2_with_neighbours(depth, seen.positions, mapping, asked, samples, 0.4)
+        made = estimate("lf-neighbours", replace(seen, neighbours=asked), 0.4, samples)
+        assert_same_bits(made.texture, expected.texture)
+        assert made.outside == expected.outside
+    assert (made.texture < ssao.algorithm2(depth, seen.positions, mapping, samples, 0.4).texture).any()
+
+
 def test_more_texels_than_numbers_of_32_bits_are_refused():
     mapping = find_display("virtual").view(0, np.eye(3, 4)).world_to_image
     depth, positions = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
@@ -128,72 +138,3 @@ def test_texels_without_a_surface_have_no_samples_wherever_they_are_said_to_be(d
     actual = neighbours.algorithm2_with_neighbours(depth, positions, mapping, [(mapping, depth)], samples, 0.1)
     assert_same_bits(actual.texture, expected.texture)
     assert actual.outside == expected.outside > 0
-
-
-def test_nearest_modules_and_how_many_there_are():
-    assert nearest_modules(SAMPLE_A, 10, 4) == [9, 11, 8, 12]
-    assert nearest_modules(SAMPLE_A, 0, 3) == [1, 2, 3]
-    assert nearest_modules(SAMPLE_A, 5, 0) == []
-    with pytest.raises(InputError, match="sample-a has 20 modules besides"):
-        nearest_modules(SAMPLE_A, 5, 21)
-
-
-# In a render
-
-
-def test_command_and_library_render_what_the_pass_makes_of_the_nearest_modules(statue, tmp_path):
-    words = "--display", "sample-a", "--modules", "9:13", "--resolution", "60x36", "--radii", "0.3"
-    render_files(tmp_path, "statue", *words, "--neighbours", "2")
-    display = SAMPLE_A.with_resolution(60, 36)
-    views = module_views(statue, display)
-    caster = RayCaster(statue, views[0].cast_from_world)
-    seen = {k: caster.gbuffer(views[k]) for k in range(8, 14)}
-    made = render(statue, display, Settings((0.3,), neighbours=2), range(9, 13))
-    for index, textures in zip(range(9, 13), made, strict=True):
-        asked = [(views[k].world_to_image, seen[k].depth) for k in (index - 1, index + 1)]
-        own = seen[index].depth, seen[index].positions, views[index].world_to_image
-        expected = neighbours.algorithm2_with_neighbours(*own, asked, make_samples(), 0.3)
-        found = read_exr(tmp_path / f"module_{index:03d}.exr")["ao_1"].pixels[..., 0]
-        assert_same_bits(found, expected.texture)
-        assert_same_bits(textures.ao[0], expected.texture)
-        assert textures.view.name == f"module_{index:03d}"
-        assert (found < ssao.algorithm2(*own, make_samples(), 0.3).texture).any()
-    assert manifest_of(tmp_path)["settings"]["neighbours"] == 2
-
-
-def test_depths_are_cast_once_as_long_as_they_are_kept(statue):
-    display = SAMPLE_A.with_resolution(20, 12)
-    views = module_views(statue, display)
-    texels = RayCaster(statue, views[0].cast_from_world)
-    cast = []
-
-    class Counting:
-        bounds = texels.bounds
-
-        def gbuffer(self, view, color, rows, caster, positions):
-            cast.append(view.name)
-            assert (color, caster, positions) == (None, "exact", False)
-            return texels.gbuffer(view, color, rows=rows)
-
-    cache = DepthCache(Counting(), 3)
-    for asked in ((0, 1), (1, 2), (0, 2), (5,), (1,)):
-        found = cache.neighbours(tuple(views[k] for k in asked))
-        for k, (mapping, depth) in zip(asked, found, strict=True):
-            assert mapping is views[k].world_to_image
-            np.testing.assert_array_equal(depth, texels.gbuffer(views[k]).depth)
-    assert [int(name[-3:]) for name in cast] == [0, 1, 2, 5, 1]
-
-
-@NEEDS_EMBREE
-def test_neighbours_are_seen_by_the_caster_of_the_settings(statue, monkeypatch):
-    real, asked = RayCaster.gbuffer, []
-
-    def recorded(self, *options, **named):
-        asked.append(signature(real).bind(self, *options, **named).arguments["caster"])
-        return real(self, *options, **named)
-
-    monkeypatch.setattr(RayCaster, "gbuffer", recorded)
-    display = SAMPLE_A.with_resolution(20, 12)
-    for caster in ("exact", "embree"):
-        render(statue, display, Settings((0.1,), neighbours=2, caster=caster), range(3, 4))[0]
-    assert asked == ["exact"] * 3 + ["embree"] * 3

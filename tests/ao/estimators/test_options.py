@@ -74,7 +74,7 @@ def test_the_default_imports_no_other_estimator_and_none_of_its_kernels(tmp_path
     script = "import sys, lfssao.cli.main; assert lfssao.cli.main.main(sys.argv[1:]) == 0; print(*sys.modules)"
     loaded = python("-c", script, *SMALL, "-o", tmp_path / "out").stdout.split()
     estimators = {name.removeprefix("lfssao.ao.estimators.") for name in loaded if "lfssao.ao.estimators." in name}
-    assert estimators == {"estimator", "lf", "neighbours", "published", "registry"}
+    assert estimators == {"estimator", "lf", "published", "registry"}
     kernels = {name.rpartition(".")[2] for name in loaded if name.startswith("lfssao.") and ".kernels." in name}
     assert "ssao" in kernels
     others = {"alchemy", "float_view", "multiresolution", "point", "sums", "truth"}

@@ -20,6 +20,10 @@ from lfssao.verify.bounds.kernels.seen import box_of, look, texel_of, texel_poin
 
 CLEAR, OCCLUDED, UNDECIDED = 0, 1, 2
 
+# Bits of what a look-up may find: a surface before the sample, one that is not, nothing as it lies in no texel.
+HIDDEN, OPEN, OUTSIDE = 1, 2, 4
+CERTAIN = 4
+
 
 class Points(NamedTuple):
     """Samples around each point."""
@@ -40,15 +44,15 @@ def sample_offset(seen, points, s, j, i, by):
 
 
 @kernel(inline=True)
-def is_hidden(seen, image):
-    """Whether a sample at an image point may be and is for sure behind a surface."""
+def look_up(seen, image):
+    """Bits of all that a look-up of a sample at an image point may find."""
     box = box_of(seen, image)
-    may, must = box.most > 0.0, box.least > 0.0
+    found = (HIDDEN | OPEN if box.most > 0.0 else 0) | (0 if box.least > 0.0 else OUTSIDE)
     z_low, z_high = image.z.value - image.z.error, image.z.value + image.z.error
     for k in range(box.texels):
         j, i = texel_of(box, k)
-        may, must = may | (seen.low[j, i] < z_high), must & (seen.high[j, i] < z_low)
-    return may, must
+        found |= (HIDDEN if seen.low[j, i] < z_high else 0) | (0 if seen.high[j, i] < z_low else OPEN)
+    return found
 
 
 @kernel(inline=True)
@@ -79,19 +83,20 @@ def depth_is_exact(m, point, offset):
 
 @kernel(inline=True)
 def trace_sample(seen, points, here, s, j, i, by):
-    """Image point, errors included, of sample s of a texel at a point, and whether it may and must be hidden."""
+    """Image point, errors included, of sample s of a texel at a point, and bits of what a look-up there may find."""
     m = seen.numbers
     image, _, _ = look(seen, point_spot(here) + sample_offset(seen, points, s, j, i, by), by)
     if seen.kind == MATRIX:  # the sample's room and the surface's, which differ where they decide by little
         z = Ball(image.z.value, image.z.error + 2.0 * linear_room(m, 8, 12, image.z, by), image.z)
         image = Projected(image.u, image.v, z, image.may, image.must)
-    may, must = is_hidden(seen, image)
-    if may and not must and seen.kind != MATRIX and seen.back.shape[0] == 0 and points.is_exact[s]:
+    found = look_up(seen, image)
+    doubtful = found & HIDDEN != 0 and found != HIDDEN
+    if doubtful and seen.kind != MATRIX and seen.back.shape[0] == 0 and points.is_exact[s]:
         still = seen.turns.shape[1] == 0 or (m[8] == 0.0 and m[9] == 0.0)  # no turn changes z
         if still and depth_is_exact(m, seen.positions[j, i], points.offsets[s]):
             image = Projected(image.u, image.v, certain(image.z.value, by), image.may, image.must)
-            may, must = is_hidden(seen, image)
-    return image, may, must
+            found = look_up(seen, image)
+    return image, found
 
 
 @kernel(rows="seen.depth")
@@ -103,18 +108,35 @@ def count_hidden(begin, stop, seen, points, by, fewest, most):
             if seen.depth[j, i] < np.inf:
                 here = texel_point(seen, j, i, by)
                 for s in range(points.offsets.shape[0]):
-                    _, may, must = trace_sample(seen, points, here, s, j, i, by)
-                    fewest[j, i] += np.int32(must)
-                    most[j, i] += np.int32(may)
+                    _, found = trace_sample(seen, points, here, s, j, i, by)
+                    fewest[j, i] += np.int32(found == HIDDEN)
+                    most[j, i] += np.int32(found & HIDDEN != 0)
 
 
 @kernel
 def trace_samples(seen, points, j, i, by, found):
     """Write u, error, v, error, z, error, may and must lie in the domain, outcome, (n, 9), of one texel's samples."""
     for s in range(points.offsets.shape[0]):
-        image, may, must = trace_sample(seen, points, texel_point(seen, j, i, by), s, j, i, by)
+        image, bits = trace_sample(seen, points, texel_point(seen, j, i, by), s, j, i, by)
         found[s, 0], found[s, 1] = image.u.value, image.u.error
         found[s, 2], found[s, 3] = image.v.value, image.v.error
         found[s, 4], found[s, 5] = image.z.value, image.z.error
         found[s, 6], found[s, 7] = image.may, image.must
-        found[s, 8] = OCCLUDED if must else UNDECIDED if may else CLEAR
+        found[s, 8] = OCCLUDED if bits == HIDDEN else UNDECIDED if bits & HIDDEN else CLEAR
+
+
+@kernel(rows="depth")
+def add_view(begin, stop, depth, seen, points, by, known):
+    """Add what a view's depth texture may show of every texel's samples to what is known of them, (H, W, n) uint8.
+
+    depth: that of the texels' own view, (H, W). seen: positions of the texels, and depth and mapping of the view.
+    Bits: ``HIDDEN`` and ``OPEN`` of any view, and both ``CERTAIN`` times of a view that shows nothing else.
+    """
+    for j in range(begin, stop):
+        for i in range(depth.shape[1]):
+            if depth[j, i] < np.inf:
+                here = texel_point(seen, j, i, by)
+                for s in range(points.offsets.shape[0]):
+                    _, found = trace_sample(seen, points, here, s, j, i, by)
+                    sure = CERTAIN * found if found in (HIDDEN, OPEN) else 0
+                    known[j, i, s] |= np.uint8(found & (HIDDEN | OPEN) | sure)

@@ -64,7 +64,7 @@ def terms_of(given: Problem, radius: float, name: str) -> Callable[[int, int], F
     """Return a function of a texel's row and column that gives the story of its samples, (n, 6).
 
     That is the image point u, v of each, texels, with their errors, -infinity for u's where it has none, and the least
-    and the largest term. Of estimators that do not sum terms of texels there is none: (0, 6). The view is made once.
+    and the largest term. An estimator that does not sum terms of texels has none: (0, 6). The view is made once.
     """
     estimator = find_estimator(name)
     if not estimator.reads_texels:

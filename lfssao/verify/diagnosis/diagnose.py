@@ -228,7 +228,7 @@ class WrongTexture(Texture):
         """The changes that a search finds, the best first, with values made good on more texels; pairs if none fits."""
         # Costs of shares of samples have steps; those of other occlusion have some where few texels tell a value.
         has_steps = self.name in self.layers and not counted.problem.whole
-        has_steps = has_steps and (draw.few or not isinstance(counted.problem, Estimated))
+        has_steps = has_steps and (draw.few or counted.problem.counts)
         more = draw.polishing(counted) if has_steps else counted
 
         def polished(found: Sequence[Trial]) -> Sequence[Trial]:

@@ -27,8 +27,7 @@ from lfssao.verify.diagnosis.kernels.texels import Reading, fold_texels, sum_tex
 from lfssao.verify.diagnosis.views import Sight
 
 _MOST_SAMPLES = 256  # samples, and steps, each of which is left out in turn
-NEAREST, _CLEARED = "occludes", "cleared"  # surfaces that may stand where there is none
-_NUMBERS = {NEAREST: 0, _CLEARED: 1}  # of their texels, behind those of the texture
+NEAREST, _CLEARED = 0, 1  # texels behind those of the texture, whose surfaces may stand where there is none
 _HALF = 2**13 + 1  # splits a float32 into half precision and the rest
 
 # Fields on which the view and its textures do not depend.
@@ -36,6 +35,8 @@ _LATE = frozenset({
     "value", "store", "mine", "columns", "rows", "room", "off", "model", "radius", "points", "weights", "options",
     "image", "border", "background", "odd", "times", "factor", "split",
 })  # fmt: skip
+# Fields beside these on which the words of the formulas do not depend.
+_EARLY = {"ties", "buffers", "sight", "own", "depth_scale", "depth_bias", "sign"}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -43,7 +44,7 @@ class Formulated(Estimated):
     """K texels of the occlusion of an estimator that is written as formulas; places include a guard band."""
 
     image: FloatArray = field(default_factory=lambda: np.eye(3))  # applied to (u, v, 1)
-    background: str = ""  # the surface that stands where there is none, if there is one
+    background: int | None = None  # the texel whose surface stands where there is none, if there is one
     odd: tuple[Any, Any] = (slice(0), slice(0))  # samples or directions, and steps, that count more or less often
     times: float = 1.0  # how often these do
     factor: float = 1.0  # of the sum
@@ -53,7 +54,7 @@ class Formulated(Estimated):
     sign: int = 1  # of surfaces' and of samples' depths
     split: int = 0  # by which u and v are rounded (``Reading``)
     own: FloatArray | None = None  # (K, 3), points of the texels' surfaces where they are not those of the buffers
-    # Textures with the texels of ``_NUMBERS`` behind them, by the identity of those that they are made of
+    # Textures with two texels behind their own, by the identity of those that they are made of
     longer: Mapping[int, Texture] = field(default_factory=dict)
 
     whole: ClassVar[bool] = False
@@ -61,7 +62,7 @@ class Formulated(Estimated):
     total: ClassVar[str] = "sum"
     as_before: ClassVar[str] = ""
     anew: ClassVar[str] = ", mean of those that count"
-    kept: ClassVar = {"_view": _LATE, "_words": _LATE | {"ties", "buffers"}}
+    kept: ClassVar = {"_view": _LATE, "_words": _LATE | _EARLY}
 
     def _numbers(self, radius: float) -> Any:
         """The formulas' numbers at a radius."""
@@ -89,7 +90,7 @@ class Formulated(Estimated):
 
     @cached_property
     def _view(self) -> FloatView:
-        """The view as formulas read it, with the texels of ``_NUMBERS`` behind its own."""
+        """The view as formulas read it, with two texels behind its own."""
         made, own = float_view(self.buffers, self._words), self.buffers
         kind = made.depth.dtype.type
         cleared = made.rows[15] if made.kind == MATRIX else kind(0)
@@ -110,7 +111,7 @@ class Formulated(Estimated):
         return made._replace(depth=depth, surfaces=surfaces, positions=positions, normals=normals)
 
     def _longer(self, texture: Texture) -> Texture:
-        """A texture row by row with the texels of ``_NUMBERS`` behind its own."""
+        """A texture row by row with two texels behind its own."""
         made = self.longer.get(id(texture))
         return longer(texture) if made is None else made
 
@@ -128,8 +129,8 @@ class Formulated(Estimated):
         look = Look(
             matrix=tuple(tuple(row) for row in self.image[:2].astype(dtype)),
             border=INSIDE.get(self.border or "", look_up.VALUE),
-            outside=texels + _NUMBERS[NEAREST] if self.border == look_ups.OCCLUDED else look_up.NOTHING,
-            empty=texels + _NUMBERS[self.background] if self.background else look_up.NOTHING,
+            outside=texels + NEAREST if self.border == look_ups.OCCLUDED else look_up.NOTHING,
+            empty=look_up.NOTHING if self.background is None else texels + self.background,
         )
         return Reading(look, dtype.type(self.sign), dtype.type(self.split))
 
@@ -157,7 +158,7 @@ class Formulated(Estimated):
     def _bounds(self) -> Bounds | None:
         """Bounds of the estimator; None where a look-up is changed, of which none are known."""
         numbers = self.times, self.factor, self.depth_scale, self.depth_bias, self.sign
-        changed = self.border or self.background or self.ties or self.split or numbers != (1, 1, 1, 0, 1)
+        changed = self.border or self.background is not None or self.ties or self.split or numbers != (1, 1, 1, 0, 1)
         return None if changed or self.own is not None or (self.image != np.eye(3)).any() else super()._bounds()
 
     def changes(self) -> list[Change]:
@@ -174,7 +175,7 @@ class Formulated(Estimated):
         if "background" not in self.options:
             yield fixed(OCCLUDES, background=NEAREST)
         yield fixed("depth with the other sign", depth_scale=-1.0, background=NEAREST)
-        surfaces, reach = self._view.surfaces[: -len(_NUMBERS)], self._depth_reach()
+        surfaces, reach = self._view.surfaces[:-2], self._depth_reach()
         finite = surfaces[np.isfinite(surfaces)]
         size = float(np.median(np.abs(finite))) if finite.size else 0.0
         most = min(max(2 * reach / size, 1e-3), 2.0) if size else 1.0
@@ -218,5 +219,5 @@ class Formulated(Estimated):
 
 
 def longer(texture: Texture) -> Texture:
-    """A texture row by row with the texels of ``_NUMBERS`` behind its own, 0 all."""
-    return np.append(texture, np.zeros((len(_NUMBERS), *texture.shape[2:]), texture.dtype))
+    """A texture row by row with two texels behind its own, 0 all."""
+    return np.append(texture, np.zeros((2, *texture.shape[2:]), texture.dtype))

@@ -20,7 +20,7 @@ from lfssao.verify.compare.source import Reference
 from lfssao.verify.diagnosis import diagnose
 from lfssao.verify.diagnosis.diagnose import WrongTexture
 from lfssao.verify.judge import inputs_of, judge
-from lfssao.verify.verdict import Verdict
+from lfssao.verify.verdict import Judgement, Verdict
 
 SIZE = "--resolution", "128x96"
 JOBS = {
@@ -484,6 +484,16 @@ def test_other_arithmetic_has_no_cause_nor_has_one_wrong_texel(job, number, form
     wrong = list(compared(r, tmp_path / "wrong", options, **own).values())
     assert {(result.verdict, result.outside) for result in wrong} == {(Verdict.OUTSIDE, 1)}
     assert {result.diagnosis.words("M") for result in wrong} == {"1 wrong texel is too few to tell a cause in M"}
+
+
+@pytest.mark.parametrize("job", JOBS)
+def test_texels_of_the_search_have_the_references_bits(job, folder):
+    """The search runs ``lf`` by the formulas of ``point``."""
+    r, reference = renderer(folder(job)), Reference.open(folder(job))
+    case = reference.read(r.name, reference.described(r.name))[1]
+    wrong = WrongTexture("ao_1", r.ao_1, inputs_of({}, case), case, Judgement(Verdict.EQUAL_BITS), MODELS["nearest"])
+    low, high = wrong.problem(np.flatnonzero(np.isfinite(r.depth))).ends()
+    assert np.array_equal(np.float32((low + high) / 2), r.ao_1[np.isfinite(r.depth)])
 
 
 def test_a_count_of_equal_depths_is_named(folder):

@@ -179,11 +179,13 @@ BUGS = {
     "samples outside the texture held by clamp": clamped,
     "u and v transposed": lambda u, v, call: (v, u),
     "v flipped": lambda u, v, call: (u, HEIGHT - v),
+    "u and v of half precision": lambda u, v, call: (np.float16(u), np.float16(v)),
 }
 PLANTED = [
     *product(WHERE, list(BUGS)[:2]),
     ("hbao", "u and v transposed"),
     ("vo-lines", "v flipped"),
+    ("oriented-hemisphere", "u and v of half precision"),
 ]
 
 
@@ -236,6 +238,8 @@ TEXTS = [
     ("vo-points", "samples outside the texture occluded", ("outside += 1", "outside, total = 1, total + fraction")),
     ("vo-points", "background counted as occluder",
      ("- scene.z[q]", "- (scene.z[q] if scene.z[q] < np.inf else -np.inf)")),
+    ("vo-points", "depth bias", ("- scene.z[q]", "- (scene.z[q] + dtype(0.01))")),
+    ("vo-points", "depth with the other sign", ("- scene.z[q]", "+ scene.z[q]")),
     ("vo-points", "sample 3 doubled", ("total + fraction", f"total + {OTHER}")),
     ("vo-points", "sample 3 doubled, mean of those that count",
      ("total + fraction", f"total + {OTHER} / (1 + samples[3][1])")),

@@ -14,9 +14,10 @@ _FAR = 1e6  # texels from the texture, beyond which a rule makes no difference
 class Look(NamedTuple):
     """A way to look image points up.
 
-    matrix: (2, 3), applied to (u, v, 1), of the arithmetic's dtype. border: VALUE, or the rule by which a texel inside
-    stands for one outside. outside: the number of the texel that stands for all others by the rule VALUE. empty:
-    the number of the texel that stands for all without a surface. Both are NOTHING where there is no such texel.
+    matrix: (2, 3), applied to (u, v, 1), as tuples of the arithmetic's floats: compiled loops would count the owners of
+    an array. border: VALUE, or the rule by which a texel inside stands for one outside. outside: the number of the
+    texel that stands for all others by the rule VALUE. empty: the number of the texel that stands for all without a
+    surface. Both are NOTHING where there is no such texel.
     """
 
     matrix: Any
@@ -52,8 +53,8 @@ def look_up(look, u, v, size):
     size: height and width. A point without image, NaN, is looked up in NOTHING by every rule.
     """
     m, (height, width) = look.matrix, size
-    x = (m[0, 0] * u + m[0, 1] * v) + m[0, 2]
-    y = (m[1, 0] * u + m[1, 1] * v) + m[1, 2]
+    x = (m[0][0] * u + m[0][1] * v) + m[0][2]
+    y = (m[1][0] * u + m[1][1] * v) + m[1][2]
     if np.isnan(x) or np.isnan(y):
         return NOTHING
     column, row = _texel_at(x), _texel_at(y)

@@ -55,6 +55,7 @@ class Problem:
     # ``flipped(across, down)``: the same numbers held against the texels from the right, or from below
     flipped: Callable[[bool, bool], Any] | None = None
     whole: ClassVar[bool] = False  # whether each trial makes a whole texture
+    counts: ClassVar[bool] = False  # whether values are counts, which have steps
     # Cached properties, and the fields that they do not depend on.
     kept: ClassVar[Mapping[str, frozenset[str]]] = {}
 

@@ -108,15 +108,12 @@ class _Draw:
     def counted(self) -> Sample:
         """The texels that shares are counted over."""
         made = self.drawn(max((_ALL if self.few else _MOST) // self.cost, _FEWEST))
-        if isinstance(made.problem, Estimated):
-            return replace(made, problem=made.problem.changed(model=self.texture.model))
-        return made
+        return replace(made, problem=made.problem.changed(model=self.texture.model))
 
     def polishing(self, counted: Sample) -> Sample:
         """Texels on which values of counts are made good: these have steps, and few texels leave them open."""
         made = counted if self.few else self.drawn(max(_POLISHED // self.cost, _FEWEST))
-        problem = made.problem.changed(model=None) if isinstance(made.problem, Estimated) else made.problem
-        return replace(made, problem=problem, undecided=0.0)
+        return replace(made, problem=made.problem.changed(model=None), undecided=0.0)
 
     def made_good(self, trial: Trial, sample: Sample) -> Trial:
         """A trial on a sample with values made good: of few wrong texels on those that turn at values near them."""
@@ -227,8 +224,8 @@ class WrongTexture(Texture):
     def _searched(self, search: Search, draw: "_Draw", counted: Sample) -> Sequence[Trial]:
         """The changes that a search finds, the best first, with values made good on more texels; pairs if none fits."""
         # Costs of shares of samples have steps; those of other occlusion have some where few texels tell a value.
-        has_steps = self.name in self.layers and not counted.problem.whole
-        has_steps = has_steps and (draw.few or not isinstance(counted.problem, Estimated))
+        stepped = not counted.problem.whole and (draw.few or counted.problem.counts)
+        has_steps = self.name in self.layers and stepped
         more = draw.polishing(counted) if has_steps else counted
 
         def polished(found: Sequence[Trial]) -> Sequence[Trial]:

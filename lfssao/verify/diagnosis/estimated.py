@@ -7,8 +7,9 @@ the changed estimator's own bounds, is open.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from functools import partial
+from copy import copy
+from dataclasses import dataclass, field, replace
+from functools import cache, lru_cache, partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators.estimator import Estimator, Value
 from lfssao.ao.estimators.registry import estimate
 from lfssao.ao.textures import Buffers, Texture
+from lfssao.core.affine import transform_points
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX
 from lfssao.optics.view import View, WorldToImage
 from lfssao.verify.bounds.bounds import Bounds, FloatArray
@@ -32,6 +34,15 @@ from lfssao.verify.verdict import Flags
 
 ROOM = 2e-5  # by which sums of a renderer in float32 are off; of a small error beyond the interval a quarter of it
 _MOST_COUNT = 40  # of taps, turns and other whole numbers
+REMAPPED, OCCLUDES = "2 max(0, ao - 1/2) in place of ao", "background counted as occluder"
+# Names of options with another value, where they have one of their own.
+_WORDS = {
+    ("remap", True): REMAPPED,
+    ("remap", False): "flat surfaces hide themselves, ao in place of 2 max(0, ao - 1/2)",
+    ("range_check", True): "a range check",
+    ("range_check", False): "no range check",
+    ("background", "occludes"): OCCLUDES,
+}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -54,6 +65,8 @@ class Estimated(Problem):
     asked: tuple[str, ...] = ()  # names of the modules that ``buffers.neighbours`` are of
     border: str | None = None  # a rule of ``INSIDE`` by which texels inside stand for those beyond the border
     model: ErrorModel | None = None  # of the bounds, where they are asked for
+    # ``remade(buffers, made)``: textures of others by functions of them, by name; the last ones are kept
+    remade: Callable[..., Buffers] = field(default_factory=lambda: lru_cache(maxsize=2)(_remade))
 
     whole: ClassVar[bool] = True
 
@@ -91,16 +104,16 @@ class Estimated(Problem):
     @property
     def _guard(self) -> int:
         """Texels beyond the border that samples reach, at most as many as the texture has."""
-        reach = self._reaches()
+        reach = self._reaches()[:, :2]
         finite = reach[np.isfinite(reach)]
         return int(np.clip(np.ceil(finite.max(initial=0.0)) + 2, 2, max(self.buffers.depth.shape)))
 
     def _reaches(self) -> FloatArray:
-        """How far each texel's ball reaches from it along u or v, texels, (K, 2)."""
+        """How far each texel's ball reaches from it along u and v, texels, and by root 2 further in image z, (K, 3)."""
         at = self.buffers.positions[self.rows, self.columns].astype(np.float64)
         steps = self.radius * np.concatenate([np.eye(3), -np.eye(3)])
         there = self.sight.view.world_to_image(at[:, None] + steps) - self.sight.view.world_to_image(at)[:, None]
-        return np.asarray(np.sqrt((there[..., :2] ** 2).sum(axis=1)))
+        return np.asarray(np.sqrt((there**2).sum(axis=1)))
 
     def leaves(self) -> Flags:
         """Whether a texel's ball reaches beyond the texture."""
@@ -115,22 +128,23 @@ class Estimated(Problem):
             return None
         if sight.middle != self.sight.middle:  # positions are given: a sample's texel is the one around its middle
             view = _moved(self.buffers.view, self.sight.middle - sight.middle)
-            return self.changed(buffers=replace(self.buffers, view=view))
-        return self.changed(sight=sight, buffers=replace(self.buffers, view=sight.view))
+            return self.changed(buffers=with_view(self.buffers, view))
+        return self.changed(sight=sight, buffers=with_view(self.buffers, sight.view))
 
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
         made = [*of_texture(self), *self._of_options(), *view_changes(self.sight, self.centre, self.others)]
         made += of_borders()
         made += self._of_neighbours()
-        made.append(_with_buffers("positions of half precision", positions=lambda b: half(b.positions)))
-        made.append(_with_buffers("depth of half precision", depth=lambda b: half(b.depth)))
+        made.append(with_buffers("positions of half precision", positions=lambda b: half(b.positions)))
+        made.append(with_buffers("depth of half precision", depth=lambda b: half(b.depth)))
+        made.append(with_buffers("positions in physical space", positions=_physical))
         if self.estimator.turns:
             made += self._of_turns()
         if self.buffers.normals is not None:
-            made.append(_with_buffers("normals with the other sign", normals=lambda b: -np.asarray(b.normals)))
-            made.append(_with_buffers("normals made from positions", normals=face_normals))
-            made.append(_with_buffers("normals of half precision", normals=lambda b: half(np.asarray(b.normals))))
+            made.append(with_buffers("normals with the other sign", normals=lambda b: -np.asarray(b.normals)))
+            made.append(with_buffers("normals made from positions", normals=cache(face_normals)))
+            made.append(with_buffers("normals of half precision", normals=lambda b: half(np.asarray(b.normals))))
         if self.points is not None:
             made += [fixed(words, points=table) for words, table in other_tables(self.points)]
             seeds = table_seeds(self.points, self.sampling)
@@ -152,7 +166,7 @@ class Estimated(Problem):
             for other in others:
                 blind = self.buffers.normals is None and self.estimator.reads_normals({name: other})
                 if other != value and not blind:
-                    words = f"{name} {_said(other)} in place of {_said(value)}"
+                    words = _WORDS.get((name, other), f"{name} {_said(other)} in place of {_said(value)}")
                     yield plain(words, partial(_with_option, name, value=other))
             if name == "reach":
                 for factor, reason in ((2.0, "without its 1/2"), (0.5, "with one 1/2 too many")):
@@ -178,29 +192,36 @@ class Estimated(Problem):
         turns, shape = self.buffers.turns, self.buffers.depth.shape
         if turns is not None:
             way = np.array([1, -1], turns.dtype)[:, None, None]
-            yield _with_buffers("samples are not turned", turns=lambda b: None)
-            yield _with_buffers(
+            yield with_buffers("samples are not turned", turns=lambda b: None)
+            yield with_buffers(
                 "samples turned the other way", turns=lambda b: None if b.turns is None else b.turns * way
             )
         for words, make in other_turns(self.rotation, self.seed, *shape):
-            yield _with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]
+            yield with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]
         for words, number in turn_seeds(self.rotation, self.seed):
             turned = partial(Buffers.turned, rotation=self.rotation, seed=number)
-            yield late(_with_buffers(words, turns=lambda b, turned=turned: turned(b).turns))  # type: ignore[misc]
+            yield late(with_buffers(words, turns=lambda b, turned=turned: turned(b).turns))  # type: ignore[misc]
 
 
-def _with_buffers(kind: str, **made: Callable[[Buffers], Any]) -> Change:
+def with_buffers(kind: str, **made: Callable[[Buffers], Any]) -> Change:
     """A change that gives the problem other textures, made of its own when it is tried."""
+    return plain(kind, lambda p: p.changed(buffers=p.remade(p.buffers, tuple(made.items()))))
 
-    def apply(problem: Estimated) -> Estimated:
-        own = problem.buffers
-        others = {name: make(own) for name, make in made.items()}
-        single: dict[str, Any] = {
-            n: None if t is None else np.ascontiguousarray(t, own.depth.dtype) for n, t in others.items()
-        }
-        return problem.changed(buffers=replace(own, **single))
 
-    return plain(kind, apply)
+def _remade(buffers: Buffers, made: tuple[tuple[str, Callable[[Buffers], Any]], ...]) -> Buffers:
+    others = {name: make(buffers) for name, make in made}
+    single: dict[str, Any] = {
+        n: None if t is None else np.ascontiguousarray(t, buffers.depth.dtype) for n, t in others.items()
+    }
+    return replace(buffers, **single)
+
+
+def with_view(buffers: Buffers, view: View) -> Buffers:
+    """The same textures of another view of their size; to check them once more would take longer than a trial."""
+    made = copy(buffers)
+    made.__dict__.pop("directions", None)
+    made.__dict__.update(view=view)
+    return made
 
 
 def _without_neighbours(problem: Estimated, of: slice) -> Estimated:
@@ -226,6 +247,14 @@ def _padded(buffers: Buffers, guard: int, border: str) -> Buffers:
 def _widened(view: View, guard: int) -> View:
     """A view with as many texels more on each side."""
     return replace(_moved(view, guard), width=view.width + 2 * guard, height=view.height + 2 * guard)
+
+
+def _physical(buffers: Buffers) -> FloatArray:
+    """Positions in the space of rays, a display's physical space; infinite where there is no surface."""
+    with np.errstate(all="ignore"):
+        points = buffers.positions.reshape(-1, 3).astype(np.float64)
+        made = transform_points(buffers.view.cast_from_world, points)
+    return np.where(np.isnan(made), np.inf, made).reshape(buffers.positions.shape)
 
 
 def _moved(view: View, by: float) -> View:

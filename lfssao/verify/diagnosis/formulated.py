@@ -1,11 +1,12 @@
 """Changes of the occlusion of an estimator that is written as formulas (``lfssao.ao.formulas``).
 
 Its formulas run at the texels that are asked for, with a look-up that may be changed: by a matrix, by a rule for the
-border or for background, with samples that are left out or count twice, or by ties. Else all is as of ``Estimated``.
+border or for background, with samples that are left out or count twice, by ties, or with other depths. Else all is as
+of ``Estimated``.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -16,23 +17,26 @@ from lfssao.ao.kernels import look_up
 from lfssao.ao.kernels.float_view import FloatView
 from lfssao.ao.kernels.look_up import Look
 from lfssao.ao.ssao import Occlusion
+from lfssao.ao.textures import Texture
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.bounds import Bounds, FloatArray
 from lfssao.verify.diagnosis import look_ups
-from lfssao.verify.diagnosis.change import INSIDE, Change, fixed
-from lfssao.verify.diagnosis.estimated import Estimated
-from lfssao.verify.diagnosis.kernels.texels import fold_texels, sum_texels
+from lfssao.verify.diagnosis.change import INSIDE, Axis, Change, Places, fixed, scaled
+from lfssao.verify.diagnosis.estimated import OCCLUDES, Estimated
+from lfssao.verify.diagnosis.kernels.texels import Reading, fold_texels, sum_texels
+from lfssao.verify.diagnosis.views import Sight
 
 _MOST_SAMPLES = 256  # samples, and steps, each of which is left out in turn
-_NEAREST, _CLEARED = "occludes", "cleared"  # surfaces that may stand where there is none
-_NUMBERS = {_NEAREST: 0, _CLEARED: 1}  # of their texels, behind those of the texture
-_ALL = slice(None)
+NEAREST, _CLEARED = 0, 1  # texels behind those of the texture, whose surfaces may stand where there is none
+_HALF = 2**13 + 1  # splits a float32 into half precision and the rest
 
 # Fields on which the view and its textures do not depend.
 _LATE = frozenset({
     "value", "store", "mine", "columns", "rows", "room", "off", "model", "radius", "points", "weights", "options",
-    "image", "border", "background", "odd", "times", "factor",
+    "image", "border", "background", "odd", "times", "factor", "split",
 })  # fmt: skip
+# Fields beside these on which the words of the formulas do not depend.
+_EARLY = {"ties", "buffers", "sight", "own", "depth_scale", "depth_bias", "sign"}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -40,14 +44,25 @@ class Formulated(Estimated):
     """K texels of the occlusion of an estimator that is written as formulas; places include a guard band."""
 
     image: FloatArray = field(default_factory=lambda: np.eye(3))  # applied to (u, v, 1)
-    background: str = ""  # the surface that stands where there is none, if there is one
+    background: int | None = None  # the texel whose surface stands where there is none, if there is one
     odd: tuple[Any, Any] = (slice(0), slice(0))  # samples or directions, and steps, that count more or less often
     times: float = 1.0  # how often these do
     factor: float = 1.0  # of the sum
     ties: int = 0  # ulps by which surfaces lie further away: -1 or 1 turns a tie
+    depth_scale: float = 1.0  # of the surfaces' depths that are compared
+    depth_bias: float = 0.0  # likewise
+    sign: int = 1  # of surfaces' and of samples' depths
+    split: int = 0  # by which u and v are rounded (``Reading``)
+    own: FloatArray | None = None  # (K, 3), points of the texels' surfaces where they are not those of the buffers
+    # Textures with two texels behind their own, by the identity of those that they are made of
+    longer: Mapping[int, Texture] = field(default_factory=dict)
 
     whole: ClassVar[bool] = False
-    kept: ClassVar = {"_view": _LATE, "_words": _LATE | {"ties", "buffers"}}
+    # Words for the sum of the terms; where some are left out, for the rest divided as before, and divided anew
+    total: ClassVar[str] = "sum"
+    as_before: ClassVar[str] = ""
+    anew: ClassVar[str] = ", mean of those that count"
+    kept: ClassVar = {"_view": _LATE, "_words": _LATE | _EARLY}
 
     def _numbers(self, radius: float) -> Any:
         """The formulas' numbers at a radius."""
@@ -68,32 +83,56 @@ class Formulated(Estimated):
         """Words by which the formulas read a view."""
         return words_of(self._numbers(self.radius))
 
+    @property
+    def _texels(self) -> Places:
+        """Numbers of the texels, row by row."""
+        return np.asarray(self.rows * self.buffers.depth.shape[1] + self.columns)
+
     @cached_property
     def _view(self) -> FloatView:
-        """The view as formulas read it, with the texels of ``_NUMBERS`` behind its own."""
-        made = float_view(self.buffers, self._words)
+        """The view as formulas read it, with two texels behind its own."""
+        made, own = float_view(self.buffers, self._words), self.buffers
         kind = made.depth.dtype.type
         cleared = made.rows[15] if made.kind == MATRIX else kind(0)
         surfaces = made.surfaces
         if surfaces is not None:
-            nudged = np.nextafter(surfaces, kind(np.copysign(np.inf, self.ties))) if self.ties else surfaces
-            surfaces = np.append(nudged, [kind(-np.inf), cleared])
-        return made._replace(
-            depth=np.append(made.depth, np.zeros(2, kind)),
-            surfaces=surfaces,
-            positions=np.append(made.positions, np.zeros(6, kind)),
-            normals=np.append(made.normals, np.zeros(6, kind)),
-        )
+            surfaces = surfaces * kind(self.sign * self.depth_scale) + kind(self.sign * self.depth_bias)
+            if self.ties:
+                surfaces = np.nextafter(surfaces, kind(np.copysign(np.inf, self.sign * self.ties)))
+            surfaces = np.append(surfaces, [kind(-np.inf), cleared])
+        normals = own.positions if own.normals is None else own.normals
+        positions, normals = self._longer(own.positions), self._longer(normals)
+        depth = self._longer(own.depth)
+        if surfaces is not None and not self.ties and self.sign * self.depth_scale > 0:
+            depth = surfaces  # they say as well which texels have one: a look-up reads one texture less
+        if self.own is not None:
+            positions = np.zeros_like(positions)
+            positions.reshape(-1, 3)[self._texels] = self.own
+        return made._replace(depth=depth, surfaces=surfaces, positions=positions, normals=normals)
 
-    def _look(self) -> Look:
-        """The look-up."""
+    def _longer(self, texture: Texture) -> Texture:
+        """A texture row by row with two texels behind its own."""
+        made = self.longer.get(id(texture))
+        return longer(texture) if made is None else made
+
+    def seen_by(self, sight: Sight) -> Estimated | None:
+        """Occlusion by another sight."""
+        if not sight.pinhole or "image_z" not in self._words:
+            return super().seen_by(sight)
+        view = replace(sight.view, world_to_image=sight.mapping)
+        depth = sight.deepened(self.buffers.depth).astype(self.buffers.depth.dtype)
+        return self.changed(sight=sight, buffers=replace(self.buffers, view=view, depth=depth))
+
+    def _reading(self) -> Reading:
+        """How textures are read."""
         dtype, texels = self.buffers.depth.dtype, self.buffers.depth.size
-        return Look(
-            matrix=np.ascontiguousarray(self.image[:2], dtype),
+        look = Look(
+            matrix=tuple(tuple(row) for row in self.image[:2].astype(dtype)),
             border=INSIDE.get(self.border or "", look_up.VALUE),
-            outside=texels + _NUMBERS[_NEAREST] if self.border == look_ups.OCCLUDED else look_up.NOTHING,
-            empty=texels + _NUMBERS[self.background] if self.background else look_up.NOTHING,
+            outside=texels + NEAREST if self.border == look_ups.OCCLUDED else look_up.NOTHING,
+            empty=look_up.NOTHING if self.background is None else texels + self.background,
         )
+        return Reading(look, dtype.type(self.sign), dtype.type(self.split))
 
     def _weights(self, count: int, steps: int) -> FloatArray:
         """Weights of the terms, (count, steps)."""
@@ -103,12 +142,12 @@ class Formulated(Estimated):
 
     def _at(self, radius: float) -> Occlusion:
         """Occlusion of the texels, (1, K), at a radius."""
-        numbers, (height, width) = self._numbers(radius), self.buffers.depth.shape
+        numbers, size = self._numbers(radius), self.buffers.depth.shape
         steps = getattr(numbers, "steps", 0)
         kernel, dtype = (fold_texels if steps else sum_texels), self.buffers.depth.dtype
         weights = self._weights(len(numbers.points), steps or 1).astype(dtype)
-        texels, made = self.rows * width + self.columns, np.empty(len(self.rows), dtype)
-        kernel(self._view, numbers, self._look(), (height, width), texels, weights, made)
+        made = np.empty(len(self.rows), dtype)
+        kernel(self._view, numbers, self._reading(), size, self._texels, weights, made)
         return Occlusion(made[None], 0)
 
     def _values(self) -> FloatArray:
@@ -118,36 +157,67 @@ class Formulated(Estimated):
 
     def _bounds(self) -> Bounds | None:
         """Bounds of the estimator; None where a look-up is changed, of which none are known."""
-        weighted = (self.times, self.factor) != (1, 1)
-        changed = self.border or self.background or self.ties or weighted or (self.image != np.eye(3)).any()
-        return None if changed else super()._bounds()
+        numbers = self.times, self.factor, self.depth_scale, self.depth_bias, self.sign
+        changed = self.border or self.background is not None or self.ties or self.split or numbers != (1, 1, 1, 0, 1)
+        return None if changed or self.own is not None or (self.image != np.eye(3)).any() else super()._bounds()
 
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
         made = [*super().changes(), *look_ups.of_places(*self.buffers.depth.shape), *self._of_samples()]
-        if "surface" in self._words:
-            made += [
-                look_ups.beyond_occluded(),
-                fixed("a surface as deep as a sample hides it", ties=-1),
-                fixed("a surface as deep as a sample does not hide it", ties=1),
-                fixed("background counted as occluder", background=_NEAREST),
-            ]
         made.append(fixed("background as if cleared to 0", background=_CLEARED))
-        return [*made, *look_ups.of_shifts()]
+        made += [*look_ups.of_shifts(), fixed("u and v of half precision", split=_HALF)]
+        return [*made, *self._of_depths()] if self._words & {"surface", "image_z"} else made
+
+    def _of_depths(self) -> Iterator[Change]:
+        """Changes of the depths that are compared."""
+        yield from self._of_ties()
+        yield look_ups.beyond_occluded()
+        if "background" not in self.options:
+            yield fixed(OCCLUDES, background=NEAREST)
+        yield fixed("depth with the other sign", depth_scale=-1.0, background=NEAREST)
+        surfaces, reach = self._view.surfaces[:-2], self._depth_reach()
+        finite = surfaces[np.isfinite(surfaces)]
+        size = float(np.median(np.abs(finite))) if finite.size else 0.0
+        most = min(max(2 * reach / size, 1e-3), 2.0) if size else 1.0
+        bias, scale = Axis(1e-5 * reach, 2 * reach), Axis(1e-5 * most, most, factor=True)
+        yield scaled("depth bias", lambda p, b: p.changed(depth_bias=p.depth_bias + b), bias, "depth {}")
+        yield scaled("depth scale", lambda p, s: p.changed(depth_scale=p.depth_scale * s), scale)
+
+    def _of_ties(self) -> Iterator[Change]:
+        """Other answers where a surface is as deep as a sample."""
+        yield fixed("a surface as deep as a sample hides it", ties=-1)
+        yield fixed("a surface as deep as a sample does not hide it", ties=1)
+
+    def _depth_reach(self) -> float:
+        """How far a texel's ball usually reaches in the depths that are compared; 1 where that is not known."""
+        reach = self._reaches()[:, 2] / np.sqrt(2)
+        if "image_z" not in self._words:
+            reach = np.array([self.radius * np.linalg.norm(self.sight.view.cast_from_world[2, :3])])
+        finite = reach[np.isfinite(reach)]
+        return (float(np.median(finite)) if finite.size else 0.0) or 1.0
 
     def _of_samples(self) -> Iterator[Change]:
-        """Samples, directions or steps that are missing or count twice, and a number of them that is one off."""
+        """Samples, directions or steps that are missing or count twice, and another number of them."""
         numbers = self._numbers(self.radius)
-        count, steps = len(numbers.points), getattr(numbers, "steps", 1)
+        count, steps = len(numbers.points), getattr(numbers, "steps", 0)
+        for divisor in [d for d in range(1, 3 * count) if d != count][:_MOST_SAMPLES]:
+            yield fixed(f"{self.total} divided by {divisor} in place of {count}", factor=count / divisor)
         weights = np.ones(count) if self.points is None or self.weights is None else np.asarray(self.weights)
-        name, some = "direction" if hasattr(numbers, "steps") else "sample", 1 < count <= _MOST_SAMPLES
-        for divisor in (count - 1, count + 1) if count > 1 else ():
-            yield fixed(f"sum divided by {divisor} in place of {count}", factor=count / divisor)
-        for words, times in (("dropped", 0.0), ("doubled", 2.0)):
-            for k in range(count if some else 0):
-                kind, left = f"{name} {k} {words}", 1 + (times - 1) * float(weights[k] / weights.sum())
-                yield fixed(kind, odd=(k, _ALL), times=times)
-                if left > 0:
-                    yield fixed(f"{kind}, mean of those that count", odd=(k, _ALL), times=times, factor=1 / left)
+        name, odd = "direction" if steps else "sample", ((0.0, "dropped"), (2.0, "doubled"))
+        some = [(f"{name} {k} {words}", slice(k, k + 1), times) for times, words in odd for k in range(count)]
+        some += [(f"the first {m} {name}s alone", slice(m, count), 0.0) for m in range(1, count - 1)]
+        for kind, these, times in some if 1 < count <= _MOST_SAMPLES else ():
+            left = 1 + (times - 1) * float(weights[these].sum() / weights.sum())
+            rest = count + round(times - 1) * (these.stop - these.start)
+            for words, factor in ((self.as_before, 1.0), (self.anew, 1 / left if left > 0 else 0.0)):
+                if factor:
+                    named = kind + words.format(count=count, rest=rest)
+                    yield fixed(named, odd=(these, slice(None)), times=times, factor=factor)
+        for times, words in odd:
             for k in range(steps if 1 < steps <= _MOST_SAMPLES else 0):
-                yield fixed(f"step {k + 1} of each direction {words}", odd=(_ALL, k), times=times)
+                yield fixed(f"step {k + 1} of each direction {words}", odd=(slice(None), k), times=times)
+
+
+def longer(texture: Texture) -> Texture:
+    """A texture row by row with two texels behind its own, 0 all."""
+    return np.append(texture, np.zeros((2, *texture.shape[2:]), texture.dtype))

@@ -9,20 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
+from lfssao.ao.ssao import unprojected
 from lfssao.ao.textures import Buffers
+from lfssao.core.affine import Matrix
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
-from lfssao.optics.kernels.projection import MATRIX
-from lfssao.optics.view import WorldToImage, without_guard
+from lfssao.optics.view import without_guard
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.ssao import project_positions
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import (
     Arrays,
     Case,
-    described_buffers,
-    described_mapping,
     described_neighbours,
     described_options,
     described_turns,
@@ -30,9 +28,9 @@ from lfssao.verify.case import (
 )
 from lfssao.verify.diagnosis import post, surface
 from lfssao.verify.diagnosis.change import Places, Problem
-from lfssao.verify.diagnosis.estimated import Estimated, face_normals
-from lfssao.verify.diagnosis.formulated import Formulated
-from lfssao.verify.diagnosis.occlusion import Occlusion
+from lfssao.verify.diagnosis.estimated import Estimated
+from lfssao.verify.diagnosis.formulated import Formulated, longer
+from lfssao.verify.diagnosis.occlusion import Counted
 from lfssao.verify.diagnosis.search import beyond
 from lfssao.verify.diagnosis.views import Sight, sight_of
 from lfssao.verify.verdict import Judgement, Verdict
@@ -83,14 +81,28 @@ class Texture:
         return described_turns(self.case.parameters, self.inputs)
 
     @cached_property
-    def _buffers(self) -> Buffers:
-        """The textures that estimators read."""
-        return described_buffers(self.case.parameters, self.inputs)
+    def _back(self) -> Matrix | None:
+        """The matrix by which Algorithm 1 makes points of depth; None where points are those of a texture."""
+        lf = self.case.parameters["estimator"] == "lf"
+        return described_view(self.case.parameters).screen_to_world if lf else None
 
     @cached_property
-    def _face_normals(self) -> NDArray[Any]:
-        """Normals made from positions."""
-        return face_normals(self._buffers)
+    def _buffers(self) -> Buffers:
+        """The textures that estimators read."""
+        inputs, view, depth = self.inputs, described_view(self.case.parameters), self.inputs["depth"]
+        if self._back is None:
+            positions = inputs["positions"]
+        else:
+            positions = unprojected(view.image_z(depth), self._back)
+            positions = np.where(np.isnan(positions), np.inf, positions)
+        others = described_neighbours(self.case.parameters, inputs) or ()
+        return Buffers(view, depth, positions, inputs.get("normals"), self._turns, neighbours=others)
+
+    @cached_property
+    def _longer(self) -> dict[int, Any]:
+        """Textures with what formulas read behind them, by their identity (``Formulated``)."""
+        made = self._buffers
+        return {id(t): longer(t) for t in (made.depth, made.positions, made.normals) if t is not None}
 
     @cached_property
     def _view(self) -> Texels:
@@ -160,77 +172,40 @@ class Texture:
             size=depth.shape[::-1],
         )
 
-    def _ao(self, at: Texels) -> Problem | None:
-        """Occlusion of one radius against depth and positions, in the places of these."""
-        depth, estimator = self.inputs.get("depth"), self.case.parameters["estimator"]
-        if depth is None:
-            return None
-        guard = (len(depth) - len(self.mine)) // 2
-        at = {**at, **self._view, "columns": at["columns"] + guard, "rows": at["rows"] + guard}
-        at |= {"rotation": self.case.parameters.get("rotation", "none"), "sampling": self.sampling}
-        at |= {"seed": int(self.case.parameters.get("rotation_seed", 0)), "radius": self.layers[self.name]}
-        return self._samples(at) if estimator in ("lf", "point", "hemisphere") else self._estimated(at)
-
-    def _samples(self, at: Texels) -> Occlusion | None:
-        """Occlusion of Algorithms 1 and 2, and of ``point`` and ``hemisphere``."""
-        parameters, inputs = self.case.parameters, self.inputs
-        depth = described_view(parameters).image_z(inputs["depth"])
-        estimator, options, back = parameters["estimator"], parameters["options"], parameters["screen_to_world"]
-        positions, mapping, half = inputs.get("positions"), described_mapping(parameters), estimator == "hemisphere"
-        by_matrix = estimator == "lf" and back is not None
-        if (half and "normals" not in inputs) or (positions is None and not by_matrix):
-            return None
-        surfaces = depth if options.get("surface") != "positions" or positions is None else mapping(positions)[..., 2]
-        if options.get("background") == "occludes":
-            surfaces = np.where(np.isfinite(depth), surfaces, -np.inf)
-        x, y = at["columns"], at["rows"]
-        corners, turns = None, self._turns
-        if by_matrix:
-            places, to_world = np.stack([x, y, _taken(depth, x, y)], axis=-1), WorldToImage(MATRIX, np.ravel(back))
-            corners, _, _ = project_positions(places, np.zeros_like(places), to_world, self.model)
-            places[:, :2] += 0.5
-            points, errors, _ = project_positions(places, np.zeros_like(places), to_world, self.model)
-        else:
-            points, errors = _taken(inputs["positions"], x, y), np.zeros((len(x), 3))
-        samples = np.asarray(inputs["samples" if estimator == "lf" else "points"], np.float64)
-        return Occlusion(
-            **at,
-            cost=4 * len(samples),
-            depth=surfaces,
-            points=points,
-            errors=errors,
-            samples=samples,
-            model=self.model,
-            cast_from_world=parameters["view"]["cast_from_world"],
-            turns=None if turns is None else np.asarray(turns[:, y, x], np.float64),
-            normals=_taken(inputs["normals"], x, y) if half else None,
-            corners=corners,
-            face_normals=_taken(self._face_normals, x, y) if half else None,
-            positions=positions,
-            reach=at["radius"] if options.get("range_check") else None,
-            remap=bool(options.get("remap")),
-        )
-
-    def _estimated(self, at: Texels) -> Estimated | None:
-        """Occlusion of one radius by running its estimator; None where it needs a texture that is not there."""
+    def _ao(self, at: Texels) -> Estimated | None:
+        """Occlusion of one radius by its estimator, in the places of depth; None where it needs what is not there."""
         parameters, inputs, name = self.case.parameters, self.inputs, self.case.parameters["estimator"]
-        if "positions" not in inputs or name not in ESTIMATORS or described_neighbours(parameters, inputs) is None:
+        if "depth" not in inputs or name not in ESTIMATORS or ("positions" not in inputs and self._back is None):
             return None
-        estimator = find_estimator(name)
-        if estimator.reads_normals(parameters["options"]) and "normals" not in inputs:
+        if described_neighbours(parameters, inputs) is None:
             return None
-        made = (Formulated if estimator.reads_texels else Estimated)(
+        guard, radius = (len(inputs["depth"]) - len(self.mine)) // 2, self.layers[self.name]
+        at = {**at, **self._view, "columns": at["columns"] + guard, "rows": at["rows"] + guard}
+        at |= {"rotation": parameters.get("rotation", "none"), "sampling": self.sampling, "radius": radius}
+        at |= {"seed": int(parameters.get("rotation_seed", 0))}
+        estimator, options = find_estimator(name), described_options(parameters, radius)
+        if estimator.reads_normals(options) and "normals" not in inputs:
+            return None
+        kind: type[Estimated] = Estimated
+        more: Texels = {"points": inputs.get("points"), "weights": inputs.get("weights")}
+        if name == "lf":
+            estimator, more["points"] = find_estimator("point"), np.asarray(inputs["samples"], np.float64)
+            options, more["unprojected"] = estimator.parameters, self._back is not None
+        if estimator.reads_texels:
+            kind, more["longer"] = Formulated, self._longer
+        if name in ("lf", "point", "hemisphere"):
+            kind = Counted
+        made = kind(
             **at,
+            **more,
             estimator=estimator,
             buffers=self._buffers,
-            points=inputs.get("points"),
-            weights=inputs.get("weights"),
-            options=described_options(parameters, at["radius"]),
+            options=options,
             bounded=self.judged.bounds is not None,
             asked=tuple(each["name"] for each in parameters.get("neighbours", ())),
             cost=1,  # a run of a whole texture makes all texels
         )
-        return made.changed(cost=made.samples) if isinstance(made, Formulated) else made
+        return made.changed(cost=made.samples * (4 if made.counts else 1)) if isinstance(made, Formulated) else made
 
     def _merged(self, at: Texels) -> post.Merge | None:
         if not set(self.layers) <= set(self.inputs):

@@ -176,7 +176,8 @@ class Sample:
         if not self.fits(trial):
             return True, 0, 0, False, trial.cost
         # A fault of one stage comes before a number of the view that predicts the same, as that is one in all stages.
-        return False, len(trial.steps), round(-self.gain(trial) / self._level), trial.change.shared, trial.cost
+        gain = round(-self.gain(trial) / self._level)
+        return False, len(trial.steps), gain, trial.change.shared, round(trial.cost, 9)
 
     def near_grid(self, change: Change) -> Trial:
         """The change with the best steps of its axes' grids and, of one axis, of those around."""
@@ -303,7 +304,8 @@ def _likely(sample: Sample, trials: Sequence[Trial], most: int) -> list[Trial]:
 
 
 def _cheapest(trials: Iterable[Trial]) -> list[Trial]:
-    return sorted(trials, key=lambda trial: trial.cost)
+    """Trials by their costs; equal ones stay in their order."""
+    return sorted(trials, key=lambda trial: round(trial.cost, 9))
 
 
 def _order(trial: Trial) -> tuple[float, float]:

@@ -1,16 +1,37 @@
 """Occlusion of some texels by any estimator's formulas (``lfssao.ao.formulas``), as floats, with a changed look-up.
 
-With ``Look`` as it is by default and weights of 1 the numbers are those of ``lfssao.ao.kernels``, bit for bit.
+With ``Reading`` as it is by default and weights of 1 the numbers are those of ``lfssao.ao.kernels``, bit for bit.
 """
+
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.kernels.look_up import look_up
+from lfssao.ao.kernels.look_up import Look, look_up
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, plain, select
+from lfssao.core.numbers import as_float, number, plain, select
 from lfssao.optics.kernels.projection import image_of
 
 _FEW = 4096  # texels that one thread computes
+
+
+class Reading(NamedTuple):
+    """A way to read textures: a look-up, the sign of the depths of samples, and by what image points are rounded.
+
+    sign: 1, or -1 where surfaces have the other sign, too. split: 2^k + 1 to round u and v to k bits less than they
+    have, or 0.
+    """
+
+    look: Look
+    sign: Any
+    split: Any
+
+
+@kernel(inline=True)
+def _rounded(x, split):
+    """A coordinate to fewer bits (Dekker 1971)."""
+    large = split * x
+    return large - (large - x) if split > 0 else x
 
 
 @kernel(inline=True)
@@ -22,21 +43,19 @@ def _image(view, place):
 
 
 @kernel(inline=True)
-def _looked_up(look, view, u, v, size):
-    """The texel that an image point sees: of one without a surface the one that stands for it, if there is one."""
-    seen = look_up(look, u, v, size)
-    if seen >= 0 and look.empty >= 0 and not view.shows(seen):
-        return look.empty
-    return seen
+def _looked_up(reading, u, v, size):
+    """The texel that an image point is looked up in."""
+    return look_up(reading.look, _rounded(u, reading.split), _rounded(v, reading.split), size)
 
 
 @kernel(rows="texels", few=_FEW)
-def sum_texels(begin, stop, view, estimator, look, size, texels, weights, occlusion):
+def sum_texels(begin, stop, view, estimator, reading, size, texels, weights, occlusion):
     """Occlusion of texels by their samples, (K,); texels: (K,), their numbers, row * width + column.
 
-    view: ``FloatView``. size: height and width. weights: (n, 1), by which the samples' terms are multiplied.
+    view: ``FloatView``. reading: ``Reading``. size: height and width. weights: (n, 1), by which the samples' terms are
+    multiplied.
     """
-    dtype = occlusion.dtype
+    dtype, empty = occlusion.dtype, reading.look.empty
     zero = dtype.type(0)
     for k in range(begin, stop):
         texel, total = np.uint32(texels[k]), zero
@@ -45,21 +64,22 @@ def sum_texels(begin, stop, view, estimator, look, size, texels, weights, occlus
         for s in range(estimator.points.shape[0] if counts else 0):
             place = estimator.place(view, here, s)
             u, v = _image(view, place)
-            seen = _looked_up(look, view, u, v, size)
+            seen, z = _looked_up(reading, u, v, size), view.depth_at(place)
             if seen >= 0:
-                other = np.uint32(seen)
-                term = estimator.term(view, here, s, view.depth_at(place), texel, other)
-                total += weights[s, 0] * plain(select(view.shows(other), term, estimator.background()))
+                there = view.shows(seen)
+                other = np.uint32(seen if there or empty < 0 else empty)
+                term = estimator.term(view, here, s, number(reading.sign, z) * z, texel, other)
+                total += weights[s, 0] * plain(select(there | (empty >= 0), term, estimator.background()))
         occlusion[k] = plain(estimator.end(as_float(total))) if counts else zero
 
 
 @kernel(rows="texels", few=_FEW)
-def fold_texels(begin, stop, view, estimator, look, size, texels, weights, occlusion):
+def fold_texels(begin, stop, view, estimator, reading, size, texels, weights, occlusion):
     """Occlusion of texels by the steps along their directions, as ``sum_texels``.
 
     weights: (n, steps), by which what a step adds is multiplied; one of weight 0 does not raise the state.
     """
-    dtype = occlusion.dtype
+    dtype, empty = occlusion.dtype, reading.look.empty
     zero, half = dtype.type(0), dtype.type(0.5)
     for k in range(begin, stop):
         texel, total = np.uint32(texels[k]), zero
@@ -71,9 +91,10 @@ def fold_texels(begin, stop, view, estimator, look, size, texels, weights, occlu
             across, down, state = u - x, v - y, estimator.begin(view, here, s)
             for step in range(estimator.steps):
                 part, weight = dtype.type(step + 1) / dtype.type(estimator.steps), weights[s, step]
-                seen = _looked_up(look, view, x + part * across, y + part * down, size)
+                seen = _looked_up(reading, x + part * across, y + part * down, size)
                 if seen >= 0 and weight > 0:
-                    added, after = estimator.step(view, here, state, texel, np.uint32(seen))
+                    other = np.uint32(seen if empty < 0 or view.shows(seen) else empty)
+                    added, after = estimator.step(view, here, state, texel, other)
                     total += weight * plain(added)
                     state = after
         occlusion[k] = plain(estimator.end(as_float(total))) if counts else zero

@@ -74,11 +74,12 @@ def _alchemy(a: Sequence[Any]) -> list[Any]:
 
 
 def _sampling(a: Sequence[Any]) -> list[Any]:
-    surface, hierarchy, taps, _, _, rays, falloff, visibility, _ = a
-    scalars = [*falloff[:6], rays.origin, *falloff[6:]]
+    view, sao, sums, _ = a
+    scalars = [sao.reach_u, sao.reach_v, sao.inverse, sao.cubed, sao.bias, sao.depth_bias, sao.origin, sao.epsilon]
     return [
-        *_size(surface.z), surface.z, hierarchy.z, hierarchy.first, len(hierarchy.first), *surface[1:], taps, len(taps),
-        rays.numbers, rays.world, np.array(scalars, np.float32), hierarchy.log_q, visibility,
+        *_size(sums), view.depth, *view.levels, len(view.levels.first), view.positions, view.normals,
+        view.turns, sao.points, len(sao.points), view.rays.numbers, view.rays.world, np.array(scalars, np.float32),
+        sao.log_q, sums,
     ]  # fmt: skip
 
 
@@ -104,17 +105,17 @@ BASELINES = (
              lambda a: [*_size(a[2]), *a[0], *a[1:]], (2,)),
     Baseline(ESTIMATORS + "sao.texel_rays.linear_depth", "linear z", "linear_depth",
              lambda a: [*_size(a[0]), a[0], *a[2:]], (5,)),
-    Baseline(ESTIMATORS + "sao.texel_rays.rebuild_positions", "positions from z", "positions",
-             lambda a: [*_size(a[0]), a[0], a[1].numbers, a[1].world, a[2]], (2,)),
+    Baseline(ESTIMATORS + "sao.estimator.rebuild_positions", "positions from z", "positions",
+             lambda a: [*_size(a[1]), a[0].depth, a[0].rays.numbers, a[0].rays.world, a[1]], (1,)),
     Baseline(ESTIMATORS + "sao.estimator.face_normals", "face normals", "face_normals",
-             lambda a: [*_size(a[0]), a[0], a[1], a[2].numbers, a[2].world, a[3]], (3,)),
-    Baseline(ESTIMATORS + "sao.estimator.scalable.scalable_visibility", "SAO taps", "sampling", _sampling, (7,)),
+             lambda a: [*_size(a[1]), a[0].depth, a[0].positions, a[0].rays.numbers, a[0].rays.world, a[1]], (1,)),
+    Baseline(ESTIMATORS + "sao.estimator.sum_samples", "SAO taps", "sampling", _sampling, (2,), "Sao"),
     Baseline(ESTIMATORS + "sao.estimator.average_quads", "2x2 average", "quads", lambda a: [*_size(a[0]), *a], (3,)),
     Baseline(ESTIMATORS + "sao.estimator.passes.through_bytes", "packing", "through_bytes",
              lambda a: [*_size(a[0]), *a], (2, 3)),
     Baseline(ESTIMATORS + "sao.estimator.bilateral", "bilateral", "bilateral",
              lambda a: [*_size(a[0]), *a[:3], a[4], int(a[3][0] == 0), a[5]], (5,)),
-    Baseline(ESTIMATORS + "sao.estimator.scalable.occlusion_of", "occlusion of A", "occlusion_of",
+    Baseline(ESTIMATORS + "sao.estimator.passes.occlusion_of", "occlusion of A", "occlusion_of",
              lambda a: [*_size(a[0]), a[0], a[1], a[3]], (3,)),
     Baseline(ESTIMATORS + "vo.volume.sum_samples", "VO points", "vo_points", _points, (2,), "Points"),
     Baseline(ESTIMATORS + "vo.volume.sum_samples", "VO lines", "vo_lines", _lines, (2,), "Lines"),

@@ -10,16 +10,16 @@ static int find_msb(int h)
 }
 
 /* lines: u_c, a, b, c, d for x, then for y; m: rows of four, cast space -> world; first: place of each level. k: reach_u,
- * reach_v, inverse radius, share, bias, bias of depth, origin of depth, epsilon, scale. */
+ * reach_v, inverse radius, 1 for the appendix's falloff, bias, bias of depth, origin of depth, epsilon. */
 void sampling(int width, int height, const float *z, const float *pyramid, const int32_t *first, int levels,
               const float *positions, const float *normals, const float *rotations, const float *taps, int s,
-              const float *lines, const float *m, const float *k, int log_q, float *visibility)
+              const float *lines, const float *m, const float *k, int log_q, float *sums)
 {
 #pragma omp parallel for schedule(static, 8)
     for (int j = 0; j < height; j++)
         for (int i = 0; i < width; i++) {
             int64_t t = (int64_t)j * width + i;
-            visibility[t] = 1;
+            sums[t] = 0;
             if (!(z[t] < INFINITY))
                 continue;
             float r_u = k[0] / fabsf(lines[2] + z[t] * lines[4]), r_v = k[1] / fabsf(lines[7] + z[t] * lines[9]);
@@ -54,8 +54,7 @@ void sampling(int width, int height, const float *z, const float *pyramid, const
                 if (above > 0 && left > 0)
                     total += ((left * left) * left) * (above / (square + k[7]));
             }
-            float open = 1 - k[8] * total;
-            visibility[t] = open > 0 ? open : 0;
+            sums[t] = total;
         }
 }
 

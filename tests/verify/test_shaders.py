@@ -70,7 +70,7 @@ BUGS = {
     "normals inside out": (HBAO, (r"n = fetch3\(1, p\)", "n = -fetch3(1, p)"), "normals with the other sign"),
     "a larger radius": (HBAO, (r"(?<!float )\bradius\b", "(1.25 * radius)"), ("radius", 1.25)),
     "horizon never raised": (HBAO, (r"horizon = up;", ";"), None),
-    "half the mean": (HBAO, (r"sum / float\(around\)", "0.5 * sum / float(around)"), ("strength", 0.5)),
+    "half the mean": (HBAO, (r"sum / float\(around\)", "0.5 * sum / float(around)"), "sum divided by 16 in place of 8"),
     "tangent plane forgotten": (HBAO, (r"rise = atan\(-dot\(n, out_there\) / facing\)", "rise = 0.0"), None),
     "no bias": (ORIENTED, (r"- bias", ""), "bias 0 in place of 0.05"),
     "no range check": (ORIENTED, (r"smoothstep\(0\.0, 1\.0, radius / abs\(z_c - z\)\)", "1.0"),

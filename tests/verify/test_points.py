@@ -19,6 +19,7 @@ from lfssao.verify.bounds.explain import terms
 from lfssao.verify.bounds.kernels.images import map_positions
 from lfssao.verify.bounds.points import has_bounds, point_bounds, terms_of
 from lfssao.verify.bounds.problem import Problem
+from lfssao.verify.bounds.sao import LIMITLESS
 from lfssao.verify.bounds.view import occlusion_bounds
 from lfssao.verify.kit.views import view_numbers
 
@@ -184,6 +185,7 @@ def test_the_story_of_samples_says_where_they_lie_outside():
     """Two samples of three texels in a row: one far outside, one 1/4 texel inside the next texel's edge."""
     story = np.array([[9.0, 0, 0.5, 0, 0, 0], [1.25, 0.01, 0.5, 0.01, 0.5, 0.5], [3.0, 0.01, 0.5, 0.01, 0, 0.5]])
     beside, inside, outside = terms(story, (1, 3))
+    assert "adds 0 to any number" in str(terms(np.array([[1.5, 0.1, 0.5, 0.1, 0, LIMITLESS]]), (1, 3))[0])
     assert str(outside) == "sample 0 lies outside the texture or the mapping's domain"
     assert str(inside) == "sample 1 reads texel (1, 0), 2.5e-01 from its edge (error up to 1.0e-02), and adds 0.5"
     assert str(beside) == "sample 2 lies next to the border (error up to 1.0e-02), and adds 0 to 0.5"

@@ -13,6 +13,7 @@ from lfssao.verify.bounds.bounds import Texture
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
 from lfssao.verify.bounds.kernels.point_bounds import trace_samples
 from lfssao.verify.bounds.kernels.sums import OPEN
+from lfssao.verify.bounds.sao import LIMITLESS
 from lfssao.verify.bounds.ssao import sample_points, seen_by, with_depths
 
 OUTCOMES = ("clear", "occluded", "undecided")
@@ -59,7 +60,8 @@ class Term:
     def __str__(self) -> str:
         if self.texel is None and self.most == 0:
             return f"sample {self.number} lies outside the texture or the mapping's domain"
-        adds = f"{self.most:.4g}" if self.is_decided else f"{self.least:.4g} to {self.most:.4g}"
+        most = "any number" if self.most >= LIMITLESS else f"{self.most:.4g}"
+        adds = most if self.is_decided else f"{self.least:.4g} to {most}"
         where = "next to the border" if self.texel is None else f"{self.from_edge:.1e} from its edge"
         where = f"{where} (error up to {self.error_uv:.1e})"
         read = f"reads texel {self.texel}, " if self.texel else "lies "

@@ -185,6 +185,7 @@ def test_the_story_of_samples_says_where_they_lie_outside():
     """Two samples of three texels in a row: one far outside, one 1/4 texel inside the next texel's edge."""
     story = np.array([[9.0, 0, 0.5, 0, 0, 0], [1.25, 0.01, 0.5, 0.01, 0.5, 0.5], [3.0, 0.01, 0.5, 0.01, 0, 0.5]])
     beside, inside, outside = terms(story, (1, 3))
+    assert str(terms(np.array([[1.5, 0.1, 0.5, 0.1, 0, 2.0**-124]]), (1, 3))[0]).endswith("and adds 0")
     assert "adds 0 to any number" in str(terms(np.array([[1.5, 0.1, 0.5, 0.1, 0, LIMITLESS]]), (1, 3))[0])
     assert str(outside) == "sample 0 lies outside the texture or the mapping's domain"
     assert str(inside) == "sample 1 reads texel (1, 0), 2.5e-01 from its edge (error up to 1.0e-02), and adds 0.5"

@@ -16,6 +16,7 @@ from lfssao.verify.bounds.kernels.sums import OPEN
 from lfssao.verify.bounds.sao import LIMITLESS
 from lfssao.verify.bounds.ssao import sample_points, seen_by, with_depths
 
+_NONE = 2.0**-64  # a term below it is none but for numbers that are flushed to zero
 OUTCOMES = ("clear", "occluded", "undecided")
 
 
@@ -61,7 +62,7 @@ class Term:
         if self.texel is None and self.most == 0:
             return f"sample {self.number} lies outside the texture or the mapping's domain"
         most = "any number" if self.most >= LIMITLESS else f"{self.most:.4g}"
-        adds = most if self.is_decided else f"{self.least:.4g} to {most}"
+        adds = f"{self.least:.4g}" if self.is_decided else f"{self.least:.4g} to {most}"
         where = "next to the border" if self.texel is None else f"{self.from_edge:.1e} from its edge"
         where = f"{where} (error up to {self.error_uv:.1e})"
         read = f"reads texel {self.texel}, " if self.texel else "lies "
@@ -70,7 +71,7 @@ class Term:
     @property
     def is_decided(self) -> bool:
         """Whether rounding makes little of its term."""
-        return self.most - self.least <= OPEN * self.most
+        return self.most - self.least <= max(OPEN * self.most, _NONE)
 
 
 def terms(story: NDArray[np.float64], shape: tuple[int, int]) -> list[Term]:

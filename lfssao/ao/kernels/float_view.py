@@ -23,11 +23,12 @@ def float_vector(texture, texel):
 
 @formula
 def row_of_texel(texel, width):
-    """Texel // width, by a quotient of floats, as processors have no vectors of whole quotients.
+    """Texel // width, by a product of floats, as processors have no vectors of whole quotients.
 
-    A quotient that is no whole number lies at least 1 / width below the next one, further than it is rounded.
+    (texel + 1/2) / width lies at least 1/2 / width from a whole number. The product, of up to 2^31 texels, is off by
+    less than 2^-20 / width. With a quotient SAO's taps take 1.1 times as long [bench_estimators].
     """
-    return np.uint32(np.int32(np.float64(np.int32(texel)) / np.float64(np.int32(width))))
+    return np.uint32(np.int32((np.float64(np.int32(texel)) + 0.5) * (1.0 / np.float64(np.int32(width)))))
 
 
 @kernel(inline=True)

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, formula, line, number, plain, select, surely
+from lfssao.core.numbers import as_float, formula, known, line, number, plain, select, surely
 from lfssao.core.places import affine
 from lfssao.core.vectors import Vector, cross, dot, unit_vector
 
@@ -40,7 +40,8 @@ class TexelRays(NamedTuple):
 def _ray(table, numbers, column, row, texel, like):
     """A texel's ray: x and y at cast z 0, and by how much they change with z."""
     if table is None:
-        m, u, v = numbers, number(column + 0.5, like), number(row + 0.5, like)
+        m = numbers
+        u, v = known(number(column, like) + 0.5, column + 0.5), known(number(row, like) + 0.5, row + 0.5)
         start = line(m[1], m[2], u, m[0]), line(m[6], m[7], v, m[5])
         return start, (line(m[3], m[4], u, m[0]), line(m[8], m[9], v, m[5]))
     start = number(table[0, texel], like), number(table[2, texel], like)

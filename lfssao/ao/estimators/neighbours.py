@@ -7,16 +7,17 @@ module's own texture.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options
+from lfssao.ao.estimators.estimator import FloatArray, Options
 from lfssao.ao.estimators.kernels.neighbours import Views, hidden_fraction
+from lfssao.ao.estimators.lf import LF
 from lfssao.ao.ssao import Occlusion, run_kernel, scaled_offsets
 from lfssao.ao.textures import Buffers, Neighbour, Texture, check_fit, check_neighbours, check_texture
 from lfssao.errors import InputError, check_type
 from lfssao.optics.view import WorldToImage
-from lfssao.samples import make_samples
 
 
 def algorithm2_with_neighbours(
@@ -59,18 +60,18 @@ def _run(
     return algorithm2_with_neighbours(depth, buffers.positions, mapping, buffers.neighbours, points, radius)
 
 
-LF_NEIGHBOURS = Estimator(
-    name="lf-neighbours",
-    title="share of samples in the ball that no module sees in the open",
-    source="LF Algorithm 2, on the depth textures of several modules",
-    formula="ao = (number of samples with surDepth < smp.z in all textures they fall into, one or more) / (number)",
-    run=_run,
-    samples=lambda n: (make_samples("latin", n), None),
-    sampling="latin",
-    integrand=("uniform", "shell"),
-    whole_ball=True,
-    neighbours=True,
-    texel_bytes=8,
+ENTRIES = (
+    replace(
+        LF,
+        name="lf-neighbours",
+        title="share of samples in the ball that no module sees in the open",
+        source="LF Algorithm 2, on the depth textures of several modules",
+        formula="ao = (number of samples with surDepth < smp.z in all textures they fall into, one or more) / (number)",
+        run=_run,
+        run_radii=None,
+        neighbours=True,
+        turns=False,
+        rotation="none",
+        texel_bytes=8,
+    ),
 )
-
-ENTRIES = (LF_NEIGHBOURS,)

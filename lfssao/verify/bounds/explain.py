@@ -74,6 +74,14 @@ class Term:
         return self.most - self.least <= max(OPEN * self.most, _NONE)
 
 
+def _texel_of(u: float, v: float, may: bool, shape: tuple[int, ...]) -> tuple[tuple[int, int] | None, float]:
+    """Column and row of an image point and its distance from the texel's edge; None and infinity outside."""
+    if not (may and 0 <= u < shape[1] and 0 <= v < shape[0]):
+        return None, np.inf
+    column, row = int(u), int(v)
+    return (column, row), min(u - column, column + 1 - u, v - row, row + 1 - v)
+
+
 def terms(story: NDArray[np.float64], shape: tuple[int, int]) -> list[Term]:
     """Samples of a texel by their story (``points.terms_of``), those that come nearest to another outcome first.
 
@@ -81,10 +89,7 @@ def terms(story: NDArray[np.float64], shape: tuple[int, int]) -> list[Term]:
     """
     made = []
     for number, (u, e_u, v, e_v, least, most) in enumerate(story.tolist()):
-        place, edge = None, np.inf
-        if e_u > -np.inf and 0 <= u < shape[1] and 0 <= v < shape[0]:
-            place = int(u), int(v)
-            edge = min(u - place[0], place[0] + 1 - u, v - place[1], place[1] + 1 - v)
+        place, edge = _texel_of(u, v, e_u > -np.inf, shape)
         made.append(Term(number, place, edge, max(e_u, e_v), least, most))
     return sorted(made, key=lambda t: (t.is_decided, t.from_edge / t.error_uv if t.error_uv > 0 else np.inf))
 
@@ -119,11 +124,8 @@ def explainer(
         trace_samples(seen, offsets, j, i, chosen.errors, found)
         made = []
         for number, (u, e_u, v, e_v, z, e_z, may, _, outcome) in enumerate(found.tolist()):
-            place, edge, behind = None, np.inf, np.inf
-            if may and 0 <= u < depth.shape[1] and 0 <= v < depth.shape[0]:
-                place = int(u), int(v)
-                edge = min(u - place[0], place[0] + 1 - u, v - place[1], place[1] + 1 - v)
-                behind = z - float(depth[place[1], place[0]])
+            place, edge = _texel_of(u, v, bool(may), depth.shape)
+            behind = np.inf if place is None else z - float(depth[place[1], place[0]])
             made.append(Sample(number, OUTCOMES[int(outcome)], u, v, z, place, edge, behind, max(e_u, e_v), e_z))
         return sorted(made, key=_closeness)
 

@@ -76,7 +76,8 @@ def terms_of(given: Problem, radius: float, name: str) -> Callable[[int, int], F
         story, sums = np.zeros((samples, 6)), np.zeros((4, *seen.depth.shape))
         story[:, 4] = np.inf
         if samples:
-            _write_sums(name, seen, view, made, sums, row, column, story)
+            texel = row * seen.depth.shape[1] + column
+            bound_sums.compiled(row, row + 1, seen, view, made, *_terms(name, made), sums, texel, story)
         return story
 
     return told
@@ -113,15 +114,6 @@ def _driven(given: Problem, radius: float, name: str) -> tuple[Seen, BallView, A
     return seen, view_of_formulas(given, seen, made), made
 
 
-def _write_sums(
-    name: str, seen: Seen, view: BallView, made: Any, sums: FloatArray, row: int, column: int, story: FloatArray
-) -> None:
-    """Bound the sums of a row of texels, and tell the story of one (``bound_sums``)."""
-    largest, jumps, forks = _terms(name, made)
-    texel = row * seen.depth.shape[1] + column
-    bound_sums.compiled(row, row + 1, seen, view, made, largest, jumps, forks, sums, texel, story)
-
-
 def _terms(name: str, made: Any) -> tuple[float, bool, bool | None]:
     """The largest term, whether terms jump, and whether places may be in doubt, as of ``bound_sums``."""
     largest, jumps = _TERMS.get(name, (LIMITLESS, True))
@@ -132,11 +124,11 @@ def _formulas(given: Problem, radius: float, *, name: str) -> Bounds:
     """Bounds of an estimator that is written as formulas."""
     seen, view, made = _driven(given, radius, name)
     sums = np.zeros((4, *seen.depth.shape))
-    largest, jumps, forks = _terms(name, made)
+    known = _terms(name, made)
     if hasattr(made, "steps"):  # of estimators that take them
-        bound_folds(seen, view, made, largest, sums)
+        bound_folds(seen, view, made, known[0], sums)
     else:
-        bound_sums(seen, view, made, largest, jumps, forks, sums, *NO_STORY)
+        bound_sums(seen, view, made, *known, sums, *NO_STORY)
     end_sums(view, made, sums.reshape(4, -1))
     lower, upper, doubt, _ = sums
     there = seen.depth < np.inf

@@ -21,9 +21,9 @@ from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import (
     Arrays,
     Case,
+    described_buffers,
     described_neighbours,
     described_options,
-    described_turns,
     described_view,
 )
 from lfssao.verify.diagnosis import post, surface
@@ -76,11 +76,6 @@ class Texture:
         return {"lower": lower, "upper": upper, "bend": surface.bend(lower)}
 
     @cached_property
-    def _turns(self) -> NDArray[np.float32] | None:
-        """Cosine and sine by which each texel's samples turn."""
-        return described_turns(self.case.parameters, self.inputs)
-
-    @cached_property
     def _back(self) -> Matrix | None:
         """The matrix by which Algorithm 1 makes points of depth; None where points are those of a texture."""
         lf = self.case.parameters["estimator"] == "lf"
@@ -89,14 +84,12 @@ class Texture:
     @cached_property
     def _buffers(self) -> Buffers:
         """The textures that estimators read."""
-        inputs, view, depth = self.inputs, described_view(self.case.parameters), self.inputs["depth"]
-        if self._back is None:
-            positions = inputs["positions"]
-        else:
-            positions = unprojected(view.image_z(depth), self._back)
-            positions = np.where(np.isnan(positions), np.inf, positions)
-        others = described_neighbours(self.case.parameters, inputs) or ()
-        return Buffers(view, depth, positions, inputs.get("normals"), self._turns, neighbours=others)
+        inputs = self.inputs
+        if self._back is not None:
+            view = described_view(self.case.parameters)
+            positions = unprojected(view.image_z(inputs["depth"]), self._back)
+            inputs = {**inputs, "positions": np.where(np.isnan(positions), np.inf, positions)}
+        return described_buffers(self.case.parameters, inputs)
 
     @cached_property
     def _longer(self) -> dict[int, Any]:

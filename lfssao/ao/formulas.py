@@ -13,8 +13,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from lfssao.ao.estimators.estimator import FloatArray, Options, turns_of
+from lfssao.ao.estimators.look_ups import cleared_places, cleared_z, look_of, one_more, with_cleared
 from lfssao.ao.kernels.float_view import FloatView
 from lfssao.ao.kernels.folds import fold_steps
+from lfssao.ao.kernels.look_up import NOTHING
 from lfssao.ao.kernels.sums import sum_samples
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers, Texture
@@ -189,13 +191,16 @@ def words_of(formulas: Any) -> set[str]:
     return {name for function in functions for name in function.__code__.co_names}
 
 
-def float_view(buffers: Buffers, words: Container[str]) -> FloatView:
-    """Return a view's textures and mapping as formulas read them, in the textures' dtype.
+def float_view(buffers: Buffers, words: Container[str], options: Options) -> FloatView:
+    """Return a view's textures and mapping as formulas read them, in the textures' dtype, with the options' look-ups.
 
     Textures that no word reads are None: formulas that read them do not compile. Normals are the positions where there
     are none. The rows are those of u, v, the divisor and z, cast z or, for the word ``image_z``, image z; a display's
-    mapping has no divisor's row: 0.
+    mapping has no divisor's row: 0. A texel behind those of the texture stands for background, where samples beyond the
+    border see it; cleared, it holds a place in the middle of the view.
     """
+    depth, cleared = buffers.depth, cleared_z(options)
+    buffers = with_cleared(buffers, cleared)
     view, dtype, mapping = buffers.view, buffers.depth.dtype, buffers.view.world_to_image
     divisor, of_image = mapping.numbers[12:16] if mapping.kind == MATRIX else np.zeros(4), "image_z" in words
     z, surfaces = mapping.numbers[8:12] if of_image else view.cast_from_world[2], None
@@ -203,9 +208,11 @@ def float_view(buffers: Buffers, words: Container[str]) -> FloatView:
         surfaces = np.ascontiguousarray(view.image_z(buffers.depth), dtype).ravel()
     elif "surface" in words:
         surfaces = cast_depth(buffers).ravel()
+        if cleared is not None:
+            surfaces[~(depth.ravel() < np.inf)] = cleared  # and not as rounded on its way through a position
     positions = np.ascontiguousarray(buffers.positions)
-    return FloatView(
-        depth=np.ascontiguousarray(buffers.depth).ravel(),
+    made = FloatView(
+        depth=np.ascontiguousarray(depth).ravel(),
         surfaces=surfaces,
         positions=positions.ravel(),
         normals=(positions if buffers.normals is None else np.ascontiguousarray(buffers.normals)).ravel(),
@@ -217,6 +224,17 @@ def float_view(buffers: Buffers, words: Container[str]) -> FloatView:
         axes=np.ascontiguousarray(view.world_from_cast[:, :2].T, dtype).ravel(),
         width=buffers.depth.shape[1],
         divides=True if of_image and mapping.kind == MATRIX else None,
+        look=look_of(options, depth.size),
+    )
+    if made.look is None or made.look.outside == NOTHING:
+        return made
+    (behind,), (place,) = cleared_places(view, np.array([view.width / 2]), np.array([view.height / 2]), cleared or 0.0)
+    z = view.image_z(np.asarray(behind)) if of_image else cleared
+    return made._replace(
+        depth=one_more(made.depth, np.inf),
+        surfaces=None if surfaces is None else one_more(surfaces, np.inf if cleared is None else z),
+        positions=one_more(made.positions, place),
+        normals=one_more(made.normals, np.zeros(3)),
     )
 
 
@@ -230,7 +248,7 @@ def sum_formulas(
 ) -> Occlusion:
     """Return occlusion of a view by the formulas of an estimator, ``Estimator.run`` of it."""
     numbers = formulas(buffers, radius, points, weights, options)
-    return run_kernel(sum_samples, buffers.depth, float_view(buffers, words_of(numbers)), numbers)
+    return run_kernel(sum_samples, buffers.depth, float_view(buffers, words_of(numbers), options), numbers)
 
 
 def fold_formulas(
@@ -243,4 +261,4 @@ def fold_formulas(
 ) -> Occlusion:
     """Return occlusion of a view by the formulas of an estimator that takes steps, ``Estimator.run`` of it."""
     numbers = formulas(buffers, radius, points, weights, options)
-    return run_kernel(fold_steps, buffers.depth, float_view(buffers, words_of(numbers)), numbers)
+    return run_kernel(fold_steps, buffers.depth, float_view(buffers, words_of(numbers), options), numbers)

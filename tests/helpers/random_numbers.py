@@ -288,14 +288,23 @@ class RandomPyramid:
         return made
 
 
+def place_in(place, size, border):
+    """The column or row in the texture that stands for any, by a border of GPU samplers."""
+    if border == "clamp":
+        return np.clip(place, 0, size - 1)
+    ways = {"repeat": np.arange(size), "mirror": np.arange(size)[::-1]}
+    return np.concatenate([np.arange(size), ways[border]])[np.mod(place, 2 * size)]
+
+
 class RandomView:
     """A view with the words of ``lfssao.ao.formulas.Seen``; given: a ``BallView``, of which textures are read.
 
-    shape: (height, width).
+    shape: (height, width). options: those of the estimator, of which border and background are read.
     """
 
-    def __init__(self, by, given, shape):
+    def __init__(self, by, given, shape, options):
         self.by, self.given, self.rows, self.lens, self.shape = by, given, given.rows, given.lens, shape
+        self.border, self.cleared = options.get("border", "open"), options.get("background") == "cleared"
         part = np.clip(0.5 + by.within(np.ones((1, 1, given.depth.size))), 0, 1)[:, 0]
         with np.errstate(invalid="ignore"):
             self.surfaces = np.where(given.low < given.high, given.low + part * (given.high - given.low), given.low)
@@ -306,7 +315,12 @@ class RandomView:
         return Vector(*(Number(self.by, single(texture[3 * texel + k])) for k in range(3)))
 
     def position(self, texel):
-        return self._vector(self.given.positions, texel)
+        made = self._vector(self.given.positions, texel)
+        if not self.cleared:
+            return made
+        parts = made.x.x, made.y.x, made.z.x  # a cleared place is exact in other axes
+        off = 2.0**-24 * sum(map(abs, parts)) * ~(self.given.depth[texel] < np.inf)
+        return Vector(*(Number(self.by, x + off * self.by.within(x)) for x in parts))
 
     def normal(self, texel):
         return self._vector(self.given.normals, texel)
@@ -336,7 +350,7 @@ class RandomView:
         return Number(self.by, self.surfaces[np.arange(self.by.count)[:, None, None], texel])
 
     def shows(self, texel):
-        return self.given.depth[texel] < np.inf
+        return np.ones(np.shape(texel), bool) if self.cleared else self.given.depth[texel] < np.inf
 
     def rightward(self):
         return self._vector(self.given.axes, np.zeros((1, 1, 1), int))
@@ -381,11 +395,16 @@ class RandomView:
         return image_of(self.given.kind, self.lens, place.row(0), place.row(1), place.row(2), again)
 
     def look(self, u, v, valid):
-        """Whether an image point lies in the texture, and its texel, (R, T, n)."""
+        """Whether an image point is looked up in a texel, and its number, (R, T, n)."""
         off, (height, width) = self.by.model.coordinate, self.shape
         u, v = (np.floor(each.x + off * self.by.within(each.x)) for each in (u, v))
         inside = valid & (u >= 0) & (v >= 0) & (u < width) & (v < height)
-        return inside, np.where(inside, v * width + u, 0).astype(int)
+        if self.border == "open":
+            return inside, np.where(inside, v * width + u, 0).astype(int)
+        if self.border == "background":
+            return valid, np.where(inside, v * width + u, height * width).astype(int)
+        u, v = (np.where(valid & np.isfinite(each), np.clip(each, -1e6, 1e6), 0).astype(int) for each in (u, v))
+        return valid, place_in(v, height, self.border) * width + place_in(u, width, self.border)
 
 
 def summed(view, numbers, here, texel):
@@ -419,15 +438,15 @@ def folded(view, numbers, here, texel):
     return made
 
 
-def occlusion(seed, renderers, model, given, estimator, shape):
-    """Occlusion of so many renderers of a model, (R, H, W); given: ``BallView``."""
+def occlusion(seed, renderers, model, given, estimator, shape, options):
+    """Occlusion of so many renderers of a model, (R, H, W); given: ``BallView``; options: of ``RandomView``."""
     by, texel = Renderers(np.random.default_rng(seed), renderers, model), np.flatnonzero(given.depth < np.inf)
     texel = texel[None, :, None]
-    made = np.zeros((renderers, given.depth.size))
+    made = np.zeros((renderers, shape[0] * shape[1]))
     if not texel.size:
         return made.reshape(-1, *shape)
     with by.compute():
-        view, numbers = RandomView(by, given, shape), lifted(by, estimator)
+        view, numbers = RandomView(by, given, shape, options), lifted(by, estimator)
         here = numbers.start(view, texel)
         parts = (folded if hasattr(estimator, "steps") else summed)(view, numbers, here, texel)
         terms = np.concatenate(np.broadcast_arrays(*parts, np.zeros((renderers, texel.size, 1)))[:-1], axis=2)

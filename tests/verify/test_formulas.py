@@ -42,6 +42,9 @@ VARIANTS |= {f"vo-{of}": {"thickness": [0.0, 0.1], "half_width": [0.0, 1.0, 3.0]
 _TWO = {"second": [0.0, 0.5], "combine": ["product", "minimum"]}
 VARIANTS |= {f"vo-{of}": {"thickness": [0.0, 0.1], "randomize": [False, True], **_TWO}
              for of in ("points", "points-normal", "lines", "lines-normal")}  # fmt: skip
+_LOOK_UPS = {"border": ["open", "open", "clamp", "repeat", "mirror", "background"], "cleared": [0.0, 0.3, 2.0]}
+for _name in ("point", "oriented-hemisphere", "alchemy", "hbao"):  # all ways in which formulas read a texel
+    VARIANTS[_name] |= _LOOK_UPS | {"background": [*VARIANTS[_name].get("background", ["open"]), "cleared"]}
 # Factors of errors that are too small: a root of a cancelled difference is off by far more than renderers mostly are.
 TOO_SMALL = {"vo-area": 0.01, "vo-area-normal": 0.01}
 BEFORE = {"oriented-hemisphere": "bias"}
@@ -58,10 +61,10 @@ def offsets_of(name, options, radius, seen, samples, number):
     """World offsets of the samples numbered, one a texel, (H, W, 3), by the formulas without rounding."""
     exact = Renderers(np.random.default_rng(0), 1, scaled(find_model("shader"), 0.0))
     formulas, texel = formulas_of(name, options, radius, seen, samples), np.arange(number.size)[None, :, None]
-    given, numbers = view_of(seen, options, "shader", formulas), lifted(exact, formulas)
+    given, numbers = view_of(name, seen, options, "shader", formulas), lifted(exact, formulas)
     s = number.reshape(1, -1, 1) % numbers.points.shape[0]
     with exact.compute():
-        view = RandomView(exact, given, number.shape)
+        view = RandomView(exact, given, number.shape, {})
         place = numbers.place(view, numbers.start(view, texel), s)
         sums = [sum(getattr(o, k) for o in place.offsets).x for k in "xyz"]
     return np.stack(sums, axis=-1).reshape(*number.shape, 3)
@@ -73,9 +76,10 @@ def formulas_of(name, options, radius, seen, samples):
     return held(estimator.formulas(seen, radius, *points_of(name, samples), estimator.options(**options)))
 
 
-def view_of(seen, options, model, formulas):
+def view_of(name, seen, options, model, formulas):
+    own = find_estimator(name).options(**options)
     given = Problem(seen, np.zeros((0, 3)), None, options, find_model(model))
-    return view_of_formulas(given, given.surface_of(formulas, 1.0), formulas)
+    return view_of_formulas(given, given.surface_of(formulas, 1.0, own), formulas, own)
 
 
 def drawn_scene(rng, name, options, view, radius, n, turning):
@@ -104,8 +108,8 @@ def renderers(rng, name, model, options, radius, seen, samples):
     seed, made, second = rng.integers(2**32), [], options.get("second", 0.0)
     for r in (radius, second * radius) if second else (radius,):
         numbers = formulas_of(name, options, r, seen, samples)
-        view = view_of(seen, options, model, numbers)
-        made.append(occlusion(seed, RENDERERS, model, view, numbers, seen.depth.shape))
+        view = view_of(name, seen, options, model, numbers)
+        made.append(occlusion(seed, RENDERERS, model, view, numbers, seen.depth.shape, options))
     if not second:
         return made[0]
     by = Renderers(rng, RENDERERS, model)

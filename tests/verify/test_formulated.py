@@ -43,20 +43,28 @@ VIEWS = {
 }
 
 
+LOOK_UPS = [(name, {}) for name in NAMES] + [
+    ("point", {"border": "clamp"}),
+    ("point", {"border": "background", "background": "cleared", "cleared": 0.5}),
+    ("oriented-hemisphere", {"border": "background", "background": "occludes", "range_check": "none"}),
+    ("alchemy", {"border": "mirror", "background": "cleared"}),
+    ("hbao", {"border": "repeat", "background": "cleared"}),
+]
+
+
 @pytest.mark.parametrize("kind", VIEWS)
-@pytest.mark.parametrize("name", NAMES)
-def test_at_texels_the_bits_are_those_of_the_kernels(name, kind):
+@pytest.mark.parametrize(("name", "look_ups"), LOOK_UPS)
+def test_at_texels_the_bits_are_those_of_the_kernels(name, look_ups, kind):
     view, estimator = VIEWS[kind](), find_estimator(name)
     gbuffer = lfssao.RayCaster(MESH, view.cast_from_world).gbuffer(view, None, "geometric")
     buffers = lfssao.Buffers.of(gbuffer, view).turned("hash" if estimator.turns else "none")
-    given, options = estimator.default_samples(5), {**estimator.parameters}
-    if "second" in options:
-        options["second"] = 0.5
-    rows, columns = np.divmod(np.arange(buffers.depth.size), view.width)
+    given, rows = estimator.default_samples(5), np.arange(buffers.depth.size) // view.width
+    options = estimator.parameters | look_ups | ({"second": 0.5} if "second" in estimator.parameters else {})
+    columns = np.arange(buffers.depth.size) % view.width
     problem = Formulated(
         mine=rows, columns=columns, rows=rows, room=0 * rows, off=0 * rows, estimator=estimator, buffers=buffers,
         radius=0.3, points=given[0], weights=given[1], options=options, sight=sight_of(view, None, None), others={},
-        centre=None, sampling={}, rotation="hash", seed=0, bounded=True,
+        centre=None, sampling={}, rotation="hash", seed=0, bounded=True, look_ups=estimator.options(**options),
     )  # fmt: skip
     right = estimate(name, buffers, 0.3, *given, **options).texture.ravel()
     assert np.count_nonzero(right) > 60
@@ -71,7 +79,7 @@ def test_beyond_the_border_a_rule_says_the_texel(rule, mode):
     size, far = (5, 7), 9
     numbers = np.arange(35).reshape(size)
     filled = np.pad(numbers, far, mode) if mode else np.pad(numbers, far, "constant", constant_values=50)
-    look = look_up.Look(np.eye(2, 3), rule, outside=50)
+    look = look_up.Look(rule, outside=50, matrix=np.eye(2, 3))
     for u, v in np.random.default_rng(0).uniform(-far, far + 5, (200, 2)):
         expected = filled[int(np.floor(v)) + far, int(np.floor(u)) + far]
         assert look_up.look_up(look, u, v, size) == expected

@@ -32,7 +32,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, option
+from lfssao.ao.estimators.look_ups import LookUps
 from lfssao.ao.formulas import sum_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.numbers import is_finite, larger, number, power, rounded, select
@@ -41,7 +42,7 @@ from lfssao.samples import sample_set
 
 
 @dataclass(frozen=True)
-class AlchemyOptions(Options):
+class AlchemyOptions(LookUps):
     """Options of ``alchemy``."""
 
     sigma: float = option(1.0, "strength, in radii", limits=(0, 1e6), power=1)

@@ -14,7 +14,6 @@ from lfssao.errors import InputError
 FloatArray = NDArray[np.float64]
 Value = float | int | str | bool
 UNITS = "radii", "world"  # in which options that are lengths are counted
-BACKGROUNDS = "open", "occludes"  # of a sample that looks at background
 
 # run(buffers, radius, points, weights, options)
 Run = Callable[..., Occlusion]

@@ -20,7 +20,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, option
+from lfssao.ao.estimators.look_ups import LookUps
 from lfssao.ao.estimators.vo.local_frame import EDGE_ON, TILE, disk_mirrors
 from lfssao.ao.formulas import fold_formulas
 from lfssao.ao.textures import Buffers
@@ -48,7 +49,7 @@ _ATTENUATION = {"quadratic": (0.0, 1.0), "linear": (1.0, 0.0), "none": (0.0, 0.0
 
 
 @dataclass(frozen=True)
-class HorizonOptions(Options):
+class HorizonOptions(LookUps):
     """Options of ``hbao``; the paper leaves W open, and its authors' shader has the quadratic one."""
 
     directions: int = option(8, "directions of the disk", limits=(1, 1024))

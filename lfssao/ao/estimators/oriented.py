@@ -28,7 +28,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import BACKGROUNDS, Estimator, FloatArray, Options, option
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, option
+from lfssao.ao.estimators.look_ups import BACKGROUNDS, LookUps
 from lfssao.ao.formulas import sum_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.numbers import alternatives, larger, number, rounded, select, smaller, smoothstep
@@ -40,7 +41,7 @@ RANGE_CHECKS = {"none": ANY, "distance": NEAR, "smoothstep": SMOOTH}
 
 
 @dataclass(frozen=True)
-class OrientedOptions(Options):
+class OrientedOptions(LookUps):
     """Options of ``oriented-hemisphere``; the defaults are LearnOpenGL's, whose R is 0.5 and bias 0.025."""
 
     bias: float = option(
@@ -52,9 +53,10 @@ class OrientedOptions(Options):
         choices=tuple(RANGE_CHECKS),
     )
     background: str = option(
-        "open", "whether background hides nothing, or all, with weight 1 by range check none, else 0",
+        "open",
+        "whether background hides nothing, or all, with weight 1 by range check none, else 0, or is cleared to a place",
         choices=BACKGROUNDS,
-    )  # fmt: skip
+    )
 
 
 class Hemisphere(NamedTuple):

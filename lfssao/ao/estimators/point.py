@@ -29,8 +29,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import BACKGROUNDS, FloatArray, Options, option
+from lfssao.ao.estimators.estimator import FloatArray, Options, option
 from lfssao.ao.estimators.lf import LF
+from lfssao.ao.estimators.look_ups import BACKGROUNDS, LookUps
 from lfssao.ao.formulas import sum_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.numbers import alternatives, larger, number, select, twice
@@ -45,7 +46,7 @@ class _Remap(Options):
 
 
 @dataclass(frozen=True)
-class HemisphereOptions(Options):
+class HemisphereOptions(LookUps):
     """Options of ``hemisphere``."""
 
     range_check: bool = option(False, "whether a surface point farther than R in world space does not occlude")
@@ -53,7 +54,9 @@ class HemisphereOptions(Options):
         "depth", "LF Algorithm 2's line 7: the depth texture, or the mapped positions texture", choices=SURFACES
     )
     background: str = option(
-        "open", "whether background occludes no sample, or all, but by the range check none", choices=BACKGROUNDS
+        "open",
+        "whether background occludes no sample, or all, but by the range check none, or is cleared to a place",
+        choices=BACKGROUNDS,
     )
 
 

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.kernels.levels import level_texel, mip_level
+from lfssao.ao.kernels.look_up import holds_place
 from lfssao.ao.kernels.moments import filtered_moments
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import as_float, formula, number, plain, select, where_none
@@ -32,9 +33,19 @@ def row_of_texel(texel, width):
 
 
 @kernel(inline=True)
-def landed(view, x, y, width):
-    """Return the texel of the image point (x, y), or the point itself where textures are filtered."""
-    return where_none(view.moments_of, texel_number(x, y, width), (as_float(x), as_float(y)))
+def landed(view, x, y, sought, width):
+    """Return the texel of the image point (x, y), or the point itself where textures are filtered.
+
+    sought: the texel by the view's look, which it is where there is one.
+    """
+    texel = where_none(view.look, texel_number(x, y, width), np.uint32(max(sought, 0)))
+    return where_none(view.moments_of, texel, (as_float(x), as_float(y)))
+
+
+@kernel(inline=True)
+def adds(view, inside, sought):
+    """Whether a sample adds a term, by whether it is inside the texture and by the texel of the view's look."""
+    return where_none(view.look, inside, sought >= 0)
 
 
 @kernel(inline=True)
@@ -69,6 +80,7 @@ class FloatView(NamedTuple):
     divides: Any = None  # not None where z is a camera's image z, by the divisor
     rays: Any = None
     levels: Any = None  # ``Levels`` of cast z, where samples read them in place of the texture
+    look: Any = None  # ``Look``, where samples beyond the border or before background read a texel
 
     def position(self, texel):
         return float_vector(self.positions, texel)
@@ -115,7 +127,7 @@ class FloatView(NamedTuple):
         return as_float(x)
 
     def shows(self, texel):
-        return self.depth[texel] < np.inf
+        return (self.depth[texel] < np.inf) | holds_place(self.look)
 
     def image(self, place):
         return image_of(self.kind, self.lens, place.u, place.v, place.q, place.z)
@@ -154,5 +166,5 @@ def with_kind(view, kind):
     """A view whose mapping is of a kind that compilers know."""
     return FloatView(
         view.depth, view.surfaces, view.positions, view.normals, view.directions, view.turns, kind, view.rows,
-        view.lens, view.axes, view.width, view.moments_of, view.divides, view.rays, view.levels,
+        view.lens, view.axes, view.width, view.moments_of, view.divides, view.rays, view.levels, view.look,
     )  # fmt: skip

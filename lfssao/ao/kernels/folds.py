@@ -6,11 +6,13 @@ ends of a direction, and for each of its steps one of the texels where they land
 
 import numpy as np
 
+from lfssao.ao.kernels.float_view import adds
+from lfssao.ao.kernels.look_up import look_up
 from lfssao.ao.kernels.spans import CHUNK, next_span
 from lfssao.ao.kernels.sums import finish_texels
 from lfssao.core.intrinsics import get, put, scratch, texel_slots
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, plain, select
+from lfssao.core.numbers import as_float, plain, select, where_none
 from lfssao.optics.kernels.projection import (
     CROSSED_SLITS,
     DISPLAY,
@@ -39,16 +41,17 @@ def _begin_direction(kind, view, estimator, s, column, row, n, like, ways, state
 
 
 @kernel(inline=True)
-def _land(size, part, column, row, n, ways, texels, inside, missed):
-    """The texels at a part of the ways of n texels, and 1 where they are inside the texture, else 0."""
+def _land(view, size, part, column, row, n, ways, texels, inside, missed):
+    """The texels at a part of the ways of n texels, and 1 where they add something, else 0."""
     (across, down), dtype = ways, ways[0].dtype.type
     half, right_edge, bottom_edge = dtype(0.5), last_below(dtype(size[1])), last_below(dtype(size[0]))
     for i in range(n):
         u = (dtype(column + i) + half) + part * across[i]
         v = (dtype(row) + half) + part * down[i]
         column_at, row_at = hold_inside(u, right_edge), hold_inside(v, bottom_edge)
-        there = (column_at == u) & (row_at == v)
-        texels[i] = texel_number(column_at, row_at, size[1])
+        sought = look_up(view.look, u, v, size)
+        there = adds(view, (column_at == u) & (row_at == v), sought)
+        texels[i] = where_none(view.look, texel_number(column_at, row_at, size[1]), np.uint32(max(sought, 0)))
         inside[i] = np.int32(there)
         missed[i] += np.int32(not there)
 
@@ -96,7 +99,7 @@ def fold_steps(begin, stop, view, estimator, occlusion, outside):
                     _begin_direction(DISPLAY, view, estimator, s, column, j, n, like, ways, states, slots)
                 for step in range(1, estimator.steps + 1):
                     part = dtype.type(step) / dtype.type(estimator.steps)
-                    _land(size, part, column, j, n, ways, texels, inside, missed)
+                    _land(view, size, part, column, j, n, ways, texels, inside, missed)
                     _take_step(view, estimator, first, n, like, texels, inside, states, totals, slots)
             outside[j] += finish_texels(view, estimator, first, n, like, totals, missed, slots, fractions)
             at = first + n

@@ -8,22 +8,24 @@ from lfssao.core.numbers import formula
 
 VALUE, CLAMP, MIRROR, WRAP, MIRROR_INSIDE = range(5)  # rules for the border
 NOTHING = -1  # the texel of a look-up that adds nothing
-_FAR = 1e6  # texels from the texture, beyond which a rule makes no difference
+FARTHEST = 1e6  # texels from the texture, beyond which a rule makes no difference
 
 
 class Look(NamedTuple):
     """A way to look image points up.
 
-    matrix: (2, 3), applied to (u, v, 1), as tuples of the arithmetic's floats: compiled loops would count the owners of
-    an array. border: VALUE, or the rule by which a texel inside stands for one outside. outside: the number of the
-    texel that stands for all others by the rule VALUE. empty: the number of the texel that stands for all without a
-    surface. Both are NOTHING where there is no such texel.
+    border: VALUE, or the rule by which a texel inside stands for one outside. outside: the number of the texel that
+    stands for all others by the rule VALUE. empty: the number of the texel that stands for all without a surface. Both
+    are NOTHING where there is no such texel. cleared: whether texels without a surface hold a place. matrix: None, or
+    (2, 3), applied to (u, v, 1), as tuples of the arithmetic's floats: compiled loops would count the owners of an
+    array.
     """
 
-    matrix: Any
     border: int = VALUE
     outside: int = NOTHING
     empty: int = NOTHING
+    cleared: bool = False
+    matrix: Any = None
 
 
 @formula
@@ -43,21 +45,43 @@ def hold_place(place: Any, size: Any, rule: Any) -> Any:
 @formula
 def _texel_at(u):
     """The column or row of an image coordinate, int64, at most so far outside that rules are the same."""
-    return np.int64(np.floor(min(max(np.float64(u), -_FAR), _FAR)))
+    return np.int64(np.floor(min(max(np.float64(u), -FARTHEST), FARTHEST)))
+
+
+@formula
+def _moved(m, u, v):
+    """An image point by the matrix of a look."""
+    if m is None:
+        return u, v
+    return (m[0][0] * u + m[0][1] * v) + m[0][2], (m[1][0] * u + m[1][1] * v) + m[1][2]
+
+
+@formula
+def texel_in(look, column, row, size):
+    """The number of the texel that stands for one in any column and row, whole numbers, or NOTHING."""
+    height, width = size
+    if look.border == VALUE and not (0 <= column < width and 0 <= row < height):
+        return look.outside
+    return hold_place(row, height, look.border) * width + hold_place(column, width, look.border)
+
+
+@formula
+def holds_place(look):
+    """Whether texels without a surface hold a place."""
+    if look is None:
+        return False
+    return look.cleared
 
 
 @formula
 def look_up(look, u, v, size):
     """The number of the texel that image point (u, v) is looked up in, row * width + column, or NOTHING.
 
-    size: height and width. A point without image, NaN, is looked up in NOTHING by every rule.
+    size: height and width. A point without image, NaN, is looked up in NOTHING by every rule, as is any without a look.
     """
-    m, (height, width) = look.matrix, size
-    x = (m[0][0] * u + m[0][1] * v) + m[0][2]
-    y = (m[1][0] * u + m[1][1] * v) + m[1][2]
+    if look is None:
+        return NOTHING
+    x, y = _moved(look.matrix, u, v)
     if np.isnan(x) or np.isnan(y):
         return NOTHING
-    column, row = _texel_at(x), _texel_at(y)
-    if look.border == VALUE and not (0 <= column < width and 0 <= row < height):
-        return look.outside
-    return hold_place(row, height, look.border) * width + hold_place(column, width, look.border)
+    return texel_in(look, _texel_at(x), _texel_at(y), size)

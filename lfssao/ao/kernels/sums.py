@@ -7,7 +7,8 @@ tiles, so that the surface on which turned samples of neighbours land far apart 
 
 import numpy as np
 
-from lfssao.ao.kernels.float_view import landed, shown, with_kind
+from lfssao.ao.kernels.float_view import adds, landed, shown, with_kind
+from lfssao.ao.kernels.look_up import look_up
 from lfssao.ao.kernels.spans import CHUNK, next_span
 from lfssao.core.intrinsics import get, put, scratch, texel_slots
 from lfssao.core.jit import kernel
@@ -109,8 +110,9 @@ def sum_samples(begin, stop, view, estimator, occlusion, outside):
                         # Here and not in a function: one that is optimised before it is inlined knows less of arrays.
                         for i in range(n):
                             x, y = hold_inside(us[i], right_edge), hold_inside(vs[i], bottom_edge)
-                            inside = (x == us[i]) & (y == vs[i])
-                            seen = landed(view, x, y, size[1])
+                            sought = look_up(view.look, us[i], vs[i], size)
+                            inside = adds(view, (x == us[i]) & (y == vs[i]), sought)
+                            seen = landed(view, x, y, sought, size[1])
                             term = estimator.term(view, get(slots, i, like), s, as_float(zs[i]), first + i, seen)
                             made = plain(select(shown(view, seen), term, estimator.background()))
                             totals[i] += made if inside else zero

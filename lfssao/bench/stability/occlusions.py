@@ -66,7 +66,7 @@ def compare(name: str, textures: Buffers, radius: float, path: str) -> Measured:
     samples = estimator.default_samples(min(estimator.count, _SAMPLES))
     numbers = estimator.formulas(turned, radius, *samples, estimator.options())
     made = estimate(name, turned, radius, *samples, "radii").texture.ravel()
-    view = float_view(turned, words_of(numbers))
+    view = float_view(turned, words_of(numbers), estimator.options())
     formulas = Formulas.of(view, numbers, len(turned.depth), Arithmetic.of(dtype))
     there = np.flatnonzero(view.depth < np.inf)
     count = max(1, _TERMS // (numbers.points.shape[0] * getattr(numbers, "steps", 1)))

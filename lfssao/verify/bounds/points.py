@@ -110,8 +110,8 @@ def _driven(given: Problem, radius: float, name: str) -> tuple[Seen, BallView, A
     assert estimator.formulas is not None
     options = estimator.options(**given.options)
     made = held(estimator.formulas(given.seen, radius, given.points, given.weights, options))
-    seen = given.surface_of(made, radius)
-    return seen, view_of_formulas(given, seen, made), made
+    seen = given.surface_of(made, radius, options)
+    return seen, view_of_formulas(given, seen, made, options), made
 
 
 def _terms(name: str, made: Any) -> tuple[float, bool, bool | None]:

@@ -6,7 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.ao.estimators import estimator
 from lfssao.ao.estimators.estimator import Value, turns_of
+from lfssao.ao.estimators.look_ups import cleared_z, with_cleared
 from lfssao.ao.formulas import float_view, words_of
 from lfssao.ao.moments import filtered
 from lfssao.ao.textures import Buffers
@@ -43,32 +45,43 @@ class Problem(NamedTuple):
         )
         return with_depths(made, self.model, kind)
 
-    def surface_of(self, formulas: Any, radius: float) -> Seen:
+    def surface_of(self, formulas: Any, radius: float, options: estimator.Options) -> Seen:
         """The view as kernels take it, with the depths that an estimator's formulas compare."""
-        return self.surface(radius, kind=IMAGE if "image_z" in words_of(formulas) else CAST)
+        kind, cleared = IMAGE if "image_z" in words_of(formulas) else CAST, cleared_z(options)
+        made = self._replace(seen=with_cleared(self.seen, cleared)).surface(radius, kind=kind)
+        made = made._replace(depth=np.ascontiguousarray(self.seen.depth))
+        if cleared is not None and kind == CAST:
+            for ends in (made.low, made.high):
+                ends[~(made.depth < np.inf)] = cleared
+        return made
 
 
-def ball_view(buffers: Buffers, seen: Seen, model: ErrorModel, words: Container[str]) -> BallView:
+def ball_view(
+    buffers: Buffers, seen: Seen, model: ErrorModel, words: Container[str], options: estimator.Options
+) -> BallView:
     """Return a view's textures and mapping as formulas of balls that name these words read them."""
-    floats = held(float_view(buffers, words))
+    made = float_view(buffers, words, options)
+    floats, behind = held(made), made.depth.size - seen.depth.size
+    background = np.full(behind, np.inf) if made.surfaces is None else made.surfaces[seen.depth.size :]
+    same = "kind", "rows", "lens", "axes", "width", "divides", "look"
     return BallView(
-        **{name: getattr(floats, name) for name in ("kind", "rows", "lens", "axes", "width", "divides")},
-        depth=seen.depth.ravel(),
-        positions=seen.positions.ravel(),
+        **{name: getattr(floats, name) for name in same},
+        depth=made.depth,
+        positions=made.positions,
         normals=seen.normals.ravel(),
         directions=seen.directions.ravel(),
         turns=turns_of(buffers),
-        low=seen.low.ravel(),
-        high=seen.high.ravel(),
+        low=np.append(seen.low, background),
+        high=np.append(seen.high, background),
         by=model.errors,
         turned=buffers.turns is not None,
     )
 
 
-def view_of_formulas(given: Problem, seen: Seen, formulas: Any) -> BallView:
+def view_of_formulas(given: Problem, seen: Seen, formulas: Any, options: estimator.Options) -> BallView:
     """Return a view as the formulas of an estimator read it, filtered where they ask for moments."""
     words = words_of(formulas)
-    view = ball_view(given.seen, seen, given.model, words)
+    view = ball_view(given.seen, seen, given.model, words, options)
     if "moments" not in words:
         return view
     return view._replace(moments_of=moment_balls(seen, bool(given.options["prefilter"]), given.model))

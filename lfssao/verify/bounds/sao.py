@@ -63,7 +63,7 @@ def _sampled(
     """
     seen, there = given.surface(0.0, False), z[1] < np.inf
     low, high, first = _hierarchy(z, rays.origin, options, given.model)
-    view = ball_view(given.seen, seen._replace(low=z[0], high=z[1]), given.model, ())._replace(
+    view = ball_view(given.seen, seen._replace(low=z[0], high=z[1]), given.model, (), options)._replace(
         depth=np.where(there, 0, np.inf).astype(np.float32).ravel(),
         turned=True,  # renderers make taps by cosine and sine
         rays=held(rays),

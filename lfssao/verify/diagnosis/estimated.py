@@ -25,7 +25,7 @@ from lfssao.verify.bounds.bounds import Bounds, FloatArray
 from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import point_bounds
-from lfssao.verify.diagnosis.change import FACTOR, Axis, Change, Places, Problem, fixed, late, plain, scaled
+from lfssao.verify.diagnosis.change import FACTOR, OUTSIDE, Axis, Change, Places, Problem, fixed, late, plain, scaled
 from lfssao.verify.diagnosis.look_ups import of_borders
 from lfssao.verify.diagnosis.post import half, of_texture
 from lfssao.verify.diagnosis.sampling import other_tables, other_turns, table_seeds, turn_seeds
@@ -42,6 +42,7 @@ _WORDS = {
     ("range_check", True): "a range check",
     ("range_check", False): "no range check",
     ("background", "occludes"): OCCLUDES,
+    ("border", "open"): f"{OUTSIDE} add nothing",
 }
 
 
@@ -155,8 +156,12 @@ class Estimated(Problem):
         """Each option with its other choices and nearby whole numbers, forgotten, and by a factor."""
         limits, choices = self.estimator.said("limits"), self.estimator.said("choices")
         for name, value in self.options.items():
-            others: list[Value] = list(choices.get(name, ()))
-            if isinstance(value, bool):
+            if name == "cleared":  # textures are made with it
+                continue
+            others: list[Value] = [other for other in choices.get(name, ()) if other != "cleared"]
+            if name == "border":  # ``of_borders`` has the others
+                others = ["open"]
+            elif isinstance(value, bool):
                 others = [not value]
             elif isinstance(value, int) and name != "seed":
                 low, high = limits[name]

@@ -12,6 +12,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from lfssao.ao.estimators.estimator import Options
+from lfssao.ao.estimators.look_ups import cleared_z, look_of
 from lfssao.ao.formulas import float_view, words_of
 from lfssao.ao.kernels import look_up
 from lfssao.ao.kernels.float_view import FloatView
@@ -27,7 +29,8 @@ from lfssao.verify.diagnosis.kernels.texels import Reading, fold_texels, sum_tex
 from lfssao.verify.diagnosis.views import Sight
 
 _MOST_SAMPLES = 256  # samples, and steps, each of which is left out in turn
-NEAREST, _CLEARED = 0, 1  # texels behind those of the texture, whose surfaces may stand where there is none
+NEAREST, _CLEARED = 0, 1  # texels behind those of the view, whose surfaces may stand where there is none
+_NONE = -1  # no texel does
 _HALF = 2**13 + 1  # splits a float32 into half precision and the rest
 
 # Fields on which the view and its textures do not depend.
@@ -44,7 +47,8 @@ class Formulated(Estimated):
     """K texels of the occlusion of an estimator that is written as formulas; places include a guard band."""
 
     image: FloatArray = field(default_factory=lambda: np.eye(3))  # applied to (u, v, 1)
-    background: int | None = None  # the texel whose surface stands where there is none, if there is one
+    look_ups: Options = field(default_factory=Options)  # the reference's, which the view is made with
+    background: int | None = None  # the texel whose surface stands where there is none, or ``_NONE``
     odd: tuple[Any, Any] = (slice(0), slice(0))  # samples or directions, and steps, that count more or less often
     times: float = 1.0  # how often these do
     factor: float = 1.0  # of the sum
@@ -91,7 +95,7 @@ class Formulated(Estimated):
     @cached_property
     def _view(self) -> FloatView:
         """The view as formulas read it, with two texels behind its own."""
-        made, own = float_view(self.buffers, self._words), self.buffers
+        made, own = float_view(self.buffers, self._words, self.look_ups), self.buffers
         kind = made.depth.dtype.type
         cleared = made.rows[15] if made.kind == MATRIX else kind(0)
         surfaces = made.surfaces
@@ -101,9 +105,12 @@ class Formulated(Estimated):
                 surfaces = np.nextafter(surfaces, kind(np.copysign(np.inf, self.sign * self.ties)))
             surfaces = np.append(surfaces, [kind(-np.inf), cleared])
         normals = own.positions if own.normals is None else own.normals
-        positions, normals = self._longer(own.positions), self._longer(normals)
-        depth = self._longer(own.depth)
-        if surfaces is not None and not self.ties and self.sign * self.depth_scale > 0:
+        depth, positions, normals = self._longer(own.depth), self._longer(own.positions), self._longer(normals)
+        if made.look is not None:  # the textures are not as they are
+            depth = longer(made.depth)
+            positions, normals = longer(made.positions, 3), longer(made.normals, 3)
+        kept = not self.ties and self.sign * self.depth_scale > 0 and not (made.look and made.look.cleared)
+        if surfaces is not None and kept:
             depth = surfaces  # they say as well which texels have one: a look-up reads one texture less
         if self.own is not None:
             positions = np.zeros_like(positions)
@@ -113,7 +120,7 @@ class Formulated(Estimated):
     def _longer(self, texture: Texture) -> Texture:
         """A texture row by row with two texels behind its own."""
         made = self.longer.get(id(texture))
-        return longer(texture) if made is None else made
+        return longer(texture, texture.size // self.buffers.depth.size) if made is None else made
 
     def seen_by(self, sight: Sight) -> Estimated | None:
         """Occlusion by another sight."""
@@ -125,13 +132,14 @@ class Formulated(Estimated):
 
     def _reading(self) -> Reading:
         """How textures are read."""
-        dtype, texels = self.buffers.depth.dtype, self.buffers.depth.size
-        look = Look(
-            matrix=tuple(tuple(row) for row in self.image[:2].astype(dtype)),
-            border=INSIDE.get(self.border or "", look_up.VALUE),
-            outside=texels + NEAREST if self.border == look_ups.OCCLUDED else look_up.NOTHING,
-            empty=look_up.NOTHING if self.background is None else texels + self.background,
-        )
+        dtype, behind = self.buffers.depth.dtype, self._view.depth.size - 2
+        look = look_of(self.estimator.options(**self.options), self.buffers.depth.size) or Look()
+        if self.border is not None:
+            outside = behind + NEAREST if self.border == look_ups.OCCLUDED else look_up.NOTHING
+            look = look._replace(border=INSIDE.get(self.border, look_up.VALUE), outside=outside)
+        empty = look_up.NOTHING if self.background in (None, _NONE) else behind + self.background
+        matrix = tuple(tuple(row) for row in self.image[:2].astype(dtype))
+        look = look._replace(empty=empty, cleared=look.cleared and self.background is None, matrix=matrix)
         return Reading(look, dtype.type(self.sign), dtype.type(self.split))
 
     def _weights(self, count: int, steps: int) -> FloatArray:
@@ -147,7 +155,7 @@ class Formulated(Estimated):
         kernel, dtype = (fold_texels if steps else sum_texels), self.buffers.depth.dtype
         weights = self._weights(len(numbers.points), steps or 1).astype(dtype)
         made = np.empty(len(self.rows), dtype)
-        kernel(self._view, numbers, self._reading(), size, self._texels, weights, made)
+        kernel(self._view._replace(look=None), numbers, self._reading(), size, self._texels, weights, made)
         return Occlusion(made[None], 0)
 
     def _values(self) -> FloatArray:
@@ -164,6 +172,8 @@ class Formulated(Estimated):
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
         made = [*super().changes(), *look_ups.of_places(*self.buffers.depth.shape), *self._of_samples()]
+        if cleared_z(self.look_ups) is not None:
+            made.append(fixed("background adds nothing", background=_NONE))
         made.append(fixed("background as if cleared to 0", background=_CLEARED))
         made += [*look_ups.of_shifts(), fixed("u and v of half precision", split=_HALF)]
         return [*made, *self._of_depths()] if self._words & {"surface", "image_z"} else made
@@ -172,7 +182,7 @@ class Formulated(Estimated):
         """Changes of the depths that are compared."""
         yield from self._of_ties()
         yield look_ups.beyond_occluded()
-        if "background" not in self.options:
+        if "occludes" not in self.estimator.said("choices").get("background", ()):
             yield fixed(OCCLUDES, background=NEAREST)
         yield fixed("depth with the other sign", depth_scale=-1.0, background=NEAREST)
         surfaces, reach = self._view.surfaces[:-2], self._depth_reach()
@@ -218,6 +228,6 @@ class Formulated(Estimated):
                 yield fixed(f"step {k + 1} of each direction {words}", odd=(slice(None), k), times=times)
 
 
-def longer(texture: Texture) -> Texture:
+def longer(texture: Texture, channels: int = 1) -> Texture:
     """A texture row by row with two texels behind its own, 0 all."""
-    return np.append(texture, np.zeros((2, *texture.shape[2:]), texture.dtype))
+    return np.append(texture, np.zeros(2 * channels, texture.dtype))

@@ -95,7 +95,8 @@ class Texture:
     def _longer(self) -> dict[int, Any]:
         """Textures with what formulas read behind them, by their identity (``Formulated``)."""
         made = self._buffers
-        return {id(t): longer(t) for t in (made.depth, made.positions, made.normals) if t is not None}
+        textures = [t for t in (made.depth, made.positions, made.normals) if t is not None]
+        return {id(t): longer(t, t.size // made.depth.size) for t in textures}
 
     @cached_property
     def _view(self) -> Texels:
@@ -185,7 +186,7 @@ class Texture:
             estimator, more["points"] = find_estimator("point"), np.asarray(inputs["samples"], np.float64)
             options, more["unprojected"] = estimator.parameters, self._back is not None
         if estimator.reads_texels:
-            kind, more["longer"] = Formulated, self._longer
+            kind, more["longer"], more["look_ups"] = Formulated, self._longer, estimator.options(**options)
         if name in ("lf", "point", "hemisphere"):
             kind = Counted
         made = kind(

@@ -46,6 +46,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Options, option
+from lfssao.ao.estimators.look_ups import Bordered
 from lfssao.ao.estimators.sao.kernels import passes, z_pyramid
 from lfssao.ao.estimators.sao.kernels.passes import average_quads, bilateral
 from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays, face_normals, rebuild_positions
@@ -71,7 +72,7 @@ _MOST = 1e6
 
 
 @dataclass(frozen=True)
-class SaoOptions(Options):
+class SaoOptions(Bordered):
     """Options of the passes, of both falloffs."""
 
     taps: int = option(9, "s, equation 6", limits=(1, 999))
@@ -149,18 +150,18 @@ def levels_of(levels: list[Texture]) -> Levels:
     return Levels(np.concatenate([level.ravel() for level in levels]), first)
 
 
-def sao_view(buffers: Buffers, z: Texture, normals: str = "face") -> FloatView:
-    """Return a view with z in place of depth, points and face normals made of it; normals: that of ``SaoOptions``.
+def sao_view(buffers: Buffers, z: Texture, options: SaoOptions) -> FloatView:
+    """Return a view with z in place of depth, points and, where options say so, face normals made of it.
 
     A module's points are those of its positions texture. Places are image points.
     """
     rays = texel_rays(buffers.view, z.dtype)
-    view = float_view(buffers, ())._replace(kind=MATRIX, depth=z.ravel(), surfaces=z.ravel(), rays=rays)
+    view = float_view(buffers, (), options)._replace(kind=MATRIX, depth=z.ravel(), surfaces=z.ravel(), rays=rays)
     made = np.empty((*z.shape, 3), z.dtype)
     if buffers.view.screen_to_world is not None:
         rebuild_positions(view, made)
         view = view._replace(positions=made.ravel())
-    if normals == "face":
+    if options.normals == "face":
         made = np.empty_like(made)
         face_normals(view, made)
         view = view._replace(normals=made.ravel())
@@ -169,7 +170,7 @@ def sao_view(buffers: Buffers, z: Texture, normals: str = "face") -> FloatView:
 
 def sample(buffers: Buffers, z: Texture, radius: float, options: AnyOptions) -> tuple[Texture, int]:
     """Return A before averaging, (H, W), and how many taps fell outside the texture; radius: r > 0, world units."""
-    view = sao_view(buffers, z, options.normals)
+    view = sao_view(buffers, z, options)
     levels = levels_of(z_hierarchy(z, options.mip, options.max_level, view.rays.origin))
     sums = run_kernel(sum_samples, z, view._replace(levels=levels), sao_numbers(options, view.rays, radius, z))
     return np.fmax(0, 1 - scale_of(options, z.dtype) * sums.texture), sums.outside

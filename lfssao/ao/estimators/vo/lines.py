@@ -28,6 +28,7 @@ import numpy as np
 from lfssao.ao.estimators.estimator import FloatArray
 from lfssao.ao.estimators.vo.local_frame import disk_frame, line_end
 from lfssao.ao.estimators.vo.volume import (
+    SampleOptions,
     VolumeOptions,
     Weights,
     by_formulas,
@@ -113,7 +114,7 @@ ENTRIES = pair_of(
     "section 4.1",
     "ao = sum w max(0, min(z_s, d + T) - max(-z_s, d)) / (2 z_s), d = (z_Q - z_S) / (R w_z), sum of w: 1",
     partial(by_formulas, lines_of),
-    options=VolumeOptions,
+    options=SampleOptions,
     samples=partial(sample_set, "disk"),
     dimensions=2,
     count=5,

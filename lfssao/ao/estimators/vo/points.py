@@ -21,6 +21,7 @@ import numpy as np
 from lfssao.ao.estimators.estimator import FloatArray
 from lfssao.ao.estimators.vo.local_frame import TILE, ball_mirrors
 from lfssao.ao.estimators.vo.volume import (
+    SampleOptions,
     VolumeOptions,
     Weights,
     by_formulas,
@@ -125,7 +126,7 @@ ENTRIES = pair_of(
     "sections 3, 4",
     "ao = sum of the weights of hidden points / sum of weights",
     partial(by_formulas, points_of),
-    options=VolumeOptions,
+    options=SampleOptions,
     samples=partial(sample_set, "ball"),
     count=12,
     texel_bytes=40,

@@ -29,6 +29,7 @@ import numpy as np
 
 from lfssao.ao import post
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, option
+from lfssao.ao.estimators.look_ups import LookUps
 from lfssao.ao.estimators.vo.local_frame import disk_mirrors
 from lfssao.ao.formulas import float_view, words_of
 from lfssao.ao.kernels.moments import Pyramid
@@ -45,7 +46,7 @@ Weights = FloatArray | None
 
 @dataclass(frozen=True)
 class VolumeOptions(Options):
-    """Options of VO by points and by lines."""
+    """Options of VO."""
 
     thickness: float = option(
         0.0, "how far behind its depth a surface hides, along the view, world units; 0: without end", limits=(0.0, inf)
@@ -54,6 +55,11 @@ class VolumeOptions(Options):
     combine: str = option("product", "two radii by the product or minimum of V", choices=("product", "minimum"))
     randomize: bool = option(True, "whether the samples are reflected differently over tiles of 4 x 4 texels")
     seed: int = option(0, "of those reflections", limits=(0, 2**53))
+
+
+@dataclass(frozen=True)
+class SampleOptions(LookUps, VolumeOptions):
+    """Options of VO by points and by lines."""
 
 
 def thickness_in_radii(options: VolumeOptions, radius: float) -> float:
@@ -82,7 +88,7 @@ def sum_at_radii(
     moments: Pyramid | None = None,
 ) -> Occlusion:
     """Return occlusion of a view by formulas, ``Estimator.run`` of them; moments: of its depth, if they are read."""
-    view = float_view(buffers, words_of(formulas(buffers, radius, points, weights, options)))
+    view = float_view(buffers, words_of(formulas(buffers, radius, points, weights, options)), options)
     view = view._replace(moments_of=moments)
 
     def occlusion(r: float) -> Occlusion:

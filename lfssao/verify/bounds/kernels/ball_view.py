@@ -7,6 +7,7 @@ import numpy as np
 from lfssao.ao.estimators.sao.kernels.reconstruct import face_normal, on_ray
 from lfssao.ao.kernels.float_view import row_of_texel
 from lfssao.ao.kernels.levels import level_texel, mip_level
+from lfssao.ao.kernels.look_up import holds_place
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_between
 from lfssao.core.doubts import Doubt
 from lfssao.core.numbers import formula, where_none
@@ -19,6 +20,7 @@ from lfssao.verify.bounds.kernels.moment_balls import filtered_balls
 
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 _NEAR = 2.0**-6  # radians up to which two sums are one with an error; it is twice a sample's own error
+_SINGLE = 2.0**-24  # of a number that is rounded to float32
 _FAR = 2.0**21  # texels, beyond which no sample lies
 
 
@@ -61,10 +63,21 @@ def _with_room(view, z):
 
 
 @formula
+def _place_error(look, view, texel):
+    """By how much a coordinate of a texel's position is off: a cleared place is exact in a renderer's own axes."""
+    if look is None:
+        return 0.0
+    t = np.uint64(3) * np.uint64(texel)
+    x, y, z = view.positions[t], view.positions[t + np.uint64(1)], view.positions[t + np.uint64(2)]
+    size = (abs(np.float64(x)) + abs(np.float64(y))) + abs(np.float64(z))
+    return 0.0 if view.depth[texel] < np.inf else _SINGLE * size
+
+
+@formula
 def _position(rays, view, texel):
     """A texel's point: of the positions texture, or where it is made of depth, of that."""
     if rays is None or not view.remade:
-        return _vector(view, view.positions, texel, 0.0)
+        return _vector(view, view.positions, texel, _place_error(view.look, view, texel))
     return on_ray(view, texel, view.surface(texel))
 
 
@@ -115,6 +128,7 @@ class BallView(NamedTuple):
     levels: Any = None  # ``BallLevels``
     remade: bool = False  # whether a renderer makes points of depth, by the rays
     faces: bool = False  # whether it makes normals of points
+    look: Any = None  # as of ``FloatView``
 
     def ball(self, value, error):
         return Ball(np.float64(value), np.float64(error), certain(0.0, self.by))
@@ -185,7 +199,7 @@ class BallView(NamedTuple):
         return self.ball(x, self.by.offset * abs(x))
 
     def shows(self, texel):
-        return self.depth[texel] < np.inf
+        return (self.depth[texel] < np.inf) | holds_place(self.look)
 
     def image(self, place):
         return image_at(self, place, self.depth_at(place))
@@ -226,5 +240,5 @@ def answering(view, asked):
     return BallView(
         view.depth, view.positions, view.normals, view.directions, view.turns, view.kind, view.rows, view.lens,
         view.axes, view.width, view.low, view.high, view.by, view.turned, view.moments_of, view.divides, asked,
-        view.rays, view.levels, view.remade, view.faces,
+        view.rays, view.levels, view.remade, view.faces, view.look,
     )  # fmt: skip

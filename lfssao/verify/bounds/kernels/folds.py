@@ -13,7 +13,7 @@ from lfssao.core.jit import kernel
 from lfssao.core.numbers import number
 from lfssao.verify.bounds.kernels.ball_view import answering, image_at
 from lfssao.verify.bounds.kernels.images import Projected, widen
-from lfssao.verify.bounds.kernels.seen import box_of, texel_of
+from lfssao.verify.bounds.kernels.seen import looked_up_box, looked_up_texel
 
 
 @kernel(inline=True)
@@ -34,7 +34,8 @@ def _march(view, seen, estimator, here, texel, s, most_added):
     for k in range(1, estimator.steps + 1):
         part = view.ball(k / estimator.steps, view.by.quotient)
         u, v = part * across + column, part * down + row
-        box = box_of(seen, widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by))
+        image = widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by)
+        box = looked_up_box(view.look, seen, image)
         # Before the texels of the box are looked at: none of them, or any, or so many that all may be.
         rises, ends = (0.0, most_added * box.most), (low, high)
         if box.most > 0.0:
@@ -42,10 +43,10 @@ def _march(view, seen, estimator, here, texel, s, most_added):
         if box.least > 0.0:
             rises, ends = (np.inf, 0.0), (np.inf, -np.inf)
         for n in range(box.texels):
-            (j, i), added, after = texel_of(box, n), (0.0, 0.0), (low, high)
-            if view.shows(j * view.width + i):
+            other, added, after = looked_up_texel(view.look, box, n, seen.depth.shape), (0.0, 0.0), (low, high)
+            if view.shows(other):
                 any_state = ball_between(low, high, state)
-                rise, raised = estimator.step(view, here, any_state, texel, j * view.width + i)
+                rise, raised = estimator.step(view, here, any_state, texel, other)
                 added, after = _ends(rise), _ends(raised)
                 if not added[1] < UNKNOWN:
                     added = 0.0, most_added
@@ -79,7 +80,7 @@ def bound_folds(begin, stop, seen, view, estimator, most_added, sums):
     for j in range(begin, stop):
         for i in range(view.width):
             texel = j * view.width + i
-            if not view.shows(texel):
+            if not view.depth[texel] < np.inf:
                 continue
             asked[:] = 0.0
             low, high, doubt, added = _bound_texel(own, seen, estimator, most_added, texel)

@@ -13,7 +13,7 @@ from lfssao.core.jit import kernel
 from lfssao.core.numbers import number, where_none, within
 from lfssao.verify.bounds.kernels.ball_view import answering, image_at
 from lfssao.verify.bounds.kernels.images import Projected, widen
-from lfssao.verify.bounds.kernels.seen import box_of, texel_of
+from lfssao.verify.bounds.kernels.seen import looked_up_box, looked_up_texel
 
 NO_STORY = -1, np.empty((0, 6))  # the last arguments of ``bound_sums`` where no texel's story is told
 OPEN = 2.0**-10  # a term whose interval is wider than this part of it counts as undecided
@@ -26,11 +26,11 @@ def readings(view, box):
 
 
 @kernel(inline=True)
-def reading(view, box, image, k):
+def reading(view, box, image, k, size):
     """Return what formulas are given of reading k: a texel, or the image point in the texture."""
-    (row, column), height = texel_of(box, k), np.float64(view.low.shape[0] // view.width)
-    point = within(image.u, 0.0, np.float64(view.width)), within(image.v, 0.0, height)
-    return where_none(view.moments_of, row * view.width + column, point)
+    height, width = size
+    point = within(image.u, 0.0, np.float64(width)), within(image.v, 0.0, np.float64(height))
+    return where_none(view.moments_of, looked_up_texel(view.look, box, k, size), point)
 
 
 @kernel
@@ -54,10 +54,10 @@ def _bound_texel(view, seen, estimator, largest, jumps, forks, texel, story):
             z = view.depth_at(place)
             u, v, valid = image_at(view, place, z)
             image = widen(Projected(u, v, number(0, u), valid.may, valid.must), view.by)
-            box = box_of(seen, image)
+            box = looked_up_box(view.look, seen, image)
             least, most = largest * box.least, largest * box.most
             for k in range(readings(view, box)):
-                other = reading(view, box, image, k)
+                other = reading(view, box, image, k, seen.depth.shape)
                 term = number(estimator.background(), z)
                 if shown(view, other):
                     term = estimator.term(view, here, s, z, texel, other)
@@ -93,7 +93,7 @@ def bound_sums(begin, stop, seen, view, estimator, largest, jumps, forks, sums, 
     for j in range(begin, stop):
         for i in range(width):
             texel = j * width + i
-            if not view.shows(texel):
+            if not view.depth[texel] < np.inf:
                 continue
             asked[:] = 0.0
             of = story[: story.shape[0] if texel == told else 0]

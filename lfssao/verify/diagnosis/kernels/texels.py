@@ -60,13 +60,13 @@ def sum_texels(begin, stop, view, estimator, reading, size, texels, weights, occ
     for k in range(begin, stop):
         texel, total = np.uint32(texels[k]), zero
         here = estimator.start(view, texel)
-        counts = view.shows(texel) & estimator.counts(view, here)
+        counts = (view.depth[texel] < np.inf) & estimator.counts(view, here)
         for s in range(estimator.points.shape[0] if counts else 0):
             place = estimator.place(view, here, s)
             u, v = _image(view, place)
             seen, z = _looked_up(reading, u, v, size), view.depth_at(place)
             if seen >= 0:
-                there = view.shows(seen)
+                there = view.shows(seen) | reading.look.cleared
                 other = np.uint32(seen if there or empty < 0 else empty)
                 term = estimator.term(view, here, s, number(reading.sign, z) * z, texel, other)
                 total += weights[s, 0] * plain(select(there | (empty >= 0), term, estimator.background()))
@@ -85,7 +85,7 @@ def fold_texels(begin, stop, view, estimator, reading, size, texels, weights, oc
         texel, total = np.uint32(texels[k]), zero
         here = estimator.start(view, texel)
         x, y = dtype.type(view.column(texel)) + half, dtype.type(view.row(texel)) + half
-        counts = view.shows(texel) & estimator.counts(view, here)
+        counts = (view.depth[texel] < np.inf) & estimator.counts(view, here)
         for s in range(estimator.points.shape[0] if counts else 0):
             u, v = _image(view, estimator.place(view, here, s))
             across, down, state = u - x, v - y, estimator.begin(view, here, s)
@@ -93,7 +93,8 @@ def fold_texels(begin, stop, view, estimator, reading, size, texels, weights, oc
                 part, weight = dtype.type(step + 1) / dtype.type(estimator.steps), weights[s, step]
                 seen = _looked_up(reading, x + part * across, y + part * down, size)
                 if seen >= 0 and weight > 0:
-                    other = np.uint32(seen if empty < 0 or view.shows(seen) else empty)
+                    there = view.shows(seen) | reading.look.cleared
+                    other = np.uint32(seen if empty < 0 or there else empty)
                     added, after = estimator.step(view, here, state, texel, other)
                     total += weight * plain(added)
                     state = after

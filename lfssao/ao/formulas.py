@@ -25,7 +25,10 @@ from lfssao.optics.kernels.projection import MATRIX
 
 
 class Seen(Protocol):
-    """The words by which formulas read a view; a texel is its number, row * width + column."""
+    """The words by which formulas read a view; a texel is its number, row * width + column.
+
+    A look-up, ``seen``, is a texel, or the four ``Corners`` around an image point where textures are filtered linearly.
+    """
 
     def position(self, texel: Any) -> Any:
         """World coordinates of the texel's surface, a vector."""
@@ -68,6 +71,9 @@ class Seen(Protocol):
 
     def shows(self, texel: Any) -> Any:
         """Whether the texel shows a surface."""
+
+    def other(self, seen: Any, texel: Any) -> Any:
+        """Whether a look-up, ``seen``, reads anything but the texel alone."""
 
     def image(self, place: Any) -> Any:
         """The image point u, v of a place, texels, and whether it has one."""

@@ -40,7 +40,11 @@ def _and(x, y):
 
 @overload(operator.or_, jit_options=INLINED)
 def _or(x, y):
-    return (lambda x, y: Doubt(x.may | y.may, x.must | y.must)) if x == y == doubt else None
+    if x == doubt and y == doubt:
+        return lambda x, y: Doubt(x.may | y.may, x.must | y.must)
+    if x == doubt and isinstance(y, types.Boolean):
+        return lambda x, y: Doubt(x.may | y, x.must | y)
+    return (lambda x, y: y | x) if isinstance(x, types.Boolean) and y == doubt else None
 
 
 @overload(operator.invert, jit_options=INLINED)

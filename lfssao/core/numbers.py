@@ -300,6 +300,18 @@ def _where_none(x, one, other):
     return (lambda x, one, other: one) if isinstance(x, types.NoneType) else lambda x, one, other: other
 
 
+def unless_none(x: Any, otherwise: Any, function: Callable[..., Any], arguments: Any) -> Any:
+    """Return a value where x is None, else that of a formula of x and arguments; compilers know which."""
+    return otherwise if x is None else function(x, *arguments)
+
+
+@overload(unless_none, jit_options=INLINED)
+def _unless_none(x, otherwise, function, arguments):
+    if isinstance(x, types.NoneType):
+        return lambda x, otherwise, function, arguments: otherwise
+    return lambda x, otherwise, function, arguments: function(x, *arguments)
+
+
 @type_callable(select)
 def _type_select(_context):
     def typer(condition, x, y):

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from lfssao.core import numbers, vectors
+from lfssao.core.corners import Corners
 from lfssao.core.places import Rows
 from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.display import display_module
@@ -305,6 +306,7 @@ class RandomView:
     def __init__(self, by, given, shape, options):
         self.by, self.given, self.rows, self.lens, self.shape = by, given, given.rows, given.lens, shape
         self.border, self.cleared = options.get("border", "open"), options.get("background") == "cleared"
+        self.linear = options.get("filter") == "linear"
         part = np.clip(0.5 + by.within(np.ones((1, 1, given.depth.size))), 0, 1)[:, 0]
         with np.errstate(invalid="ignore"):
             self.surfaces = np.where(given.low < given.high, given.low + part * (given.high - given.low), given.low)
@@ -314,7 +316,26 @@ class RandomView:
     def _vector(self, texture, texel):
         return Vector(*(Number(self.by, single(texture[3 * texel + k])) for k in range(3)))
 
-    def position(self, texel):
+    def between(self, read, seen):
+        """What ``read`` gives of a texel, or between four."""
+        if not isinstance(seen, Corners):
+            return read(seen)
+        (a, b, c, d), (x, y) = map(read, seen[:4]), seen[4:]
+        if isinstance(a, Vector):
+            parts = ([getattr(each, k) for each in (a, b, c, d)] for k in "xyz")
+            return Vector(*(self.mixed(*part, x, y) for part in parts))
+        return self.mixed(a, b, c, d, x, y)
+
+    def mixed(self, a, b, c, d, x, y):
+        """A number between four, by one of two formulas."""
+        upper, lower = a + x * (b - a), c + x * (d - c)
+        weighed = ((1 - x) * (1 - y)) * a + (x * (1 - y)) * b + (((1 - x) * y) * c + (x * y) * d)
+        return self.by.choose(upper + y * (lower - upper), weighed)
+
+    def position(self, seen):
+        return self.between(self._position, seen)
+
+    def _position(self, texel):
         made = self._vector(self.given.positions, texel)
         if not self.cleared:
             return made
@@ -346,10 +367,18 @@ class RandomView:
     def column(self, texel):
         return texel % self.shape[1]
 
-    def surface(self, texel):
-        return Number(self.by, self.surfaces[np.arange(self.by.count)[:, None, None], texel])
+    def surface(self, seen):
+        of = np.arange(self.by.count)[:, None, None]
+        return self.between(lambda texel: Number(self.by, self.surfaces[of, texel]), seen)
+
+    def other(self, seen, texel):
+        if not isinstance(seen, Corners):
+            return seen != texel
+        return (seen.texel != texel) | (seen.x > 0) | (seen.y > 0)
 
     def shows(self, texel):
+        if isinstance(texel, Corners):
+            return reduce(and_, map(self.shows, texel[:4]))
         return np.ones(np.shape(texel), bool) if self.cleared else self.given.depth[texel] < np.inf
 
     def rightward(self):
@@ -397,7 +426,21 @@ class RandomView:
     def look(self, u, v, valid):
         """Whether an image point is looked up in a texel, and its number, (R, T, n)."""
         off, (height, width) = self.by.model.coordinate, self.shape
-        u, v = (np.floor(each.x + off * self.by.within(each.x)) for each in (u, v))
+        u, v = (each.x + off * self.by.within(each.x) for each in (u, v))
+        inside, texel = self.nearest(np.floor(u), np.floor(v), valid)
+        if not self.linear:
+            return inside, texel
+        middles = [single(z - 0.5) for z in (u, v)]
+        left, top = (np.floor(z) for z in middles)
+        parts = [Number(self.by, np.where(inside, z - at, 0)) for z, at in zip(middles, (left, top), strict=True)]
+        corners = [(left + i, top + j) for j in (0, 1) for i in (0, 1)]
+        if self.border == "open":  # the nearest texel inside stands for one that is none
+            corners = [(np.clip(column, 0, width - 1), np.clip(row, 0, height - 1)) for column, row in corners]
+        return inside, Corners(*(self.nearest(*corner, inside)[1] for corner in corners), *parts)
+
+    def nearest(self, u, v, valid):
+        """Whether a column and a row have a texel, and its number."""
+        height, width = self.shape
         inside = valid & (u >= 0) & (v >= 0) & (u < width) & (v < height)
         if self.border == "open":
             return inside, np.where(inside, v * width + u, 0).astype(int)

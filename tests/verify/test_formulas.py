@@ -42,7 +42,10 @@ VARIANTS |= {f"vo-{of}": {"thickness": [0.0, 0.1], "half_width": [0.0, 1.0, 3.0]
 _TWO = {"second": [0.0, 0.5], "combine": ["product", "minimum"]}
 VARIANTS |= {f"vo-{of}": {"thickness": [0.0, 0.1], "randomize": [False, True], **_TWO}
              for of in ("points", "points-normal", "lines", "lines-normal")}  # fmt: skip
-_LOOK_UPS = {"border": ["open", "open", "clamp", "repeat", "mirror", "background"], "cleared": [0.0, 0.3, 2.0]}
+_LOOK_UPS = {
+    "border": ["open", "open", "clamp", "repeat", "mirror", "background"], "cleared": [0.0, 0.3, 2.0],
+    "filter": ["nearest", "linear"],
+}  # fmt: skip
 for _name in ("point", "oriented-hemisphere", "alchemy", "hbao"):  # all ways in which formulas read a texel
     VARIANTS[_name] |= _LOOK_UPS | {"background": [*VARIANTS[_name].get("background", ["open"]), "cleared"]}
 # Factors of errors that are too small: a root of a cancelled difference is off by far more than renderers mostly are.

@@ -209,6 +209,28 @@ def test_a_bug_of_look_ups_is_named(job, looking, tmp_path, name, kind):
     assert job(name).named(job(name).solved(), tmp_path) == kind
 
 
+@pytest.mark.parametrize(("name", "scene"), [("alchemy", "gallery"), ("hbao", "gallery")])
+def test_a_border_that_holds_samples_is_judged_as_it_is_said(name, scene, looking, tmp_path):
+    near = "--fov", "20", "--parameter", "border=clamp"  # so that the scene leaves the texture
+    job = Job.rendered(tmp_path / "reference", scene, "--estimator", name, *WHERE[name], *near)
+    opened = job.solved()
+    looking(clamped)
+    assert job.compared(job.solved(), tmp_path).verdict is Verdict.INSIDE
+    (tmp_path / "opened").mkdir()
+    assert job.named(opened, tmp_path / "opened") == "samples outside the texture add nothing"
+
+
+def test_a_linear_filter_is_named_with_its_option(job, tmp_path):
+    own = job("oriented-hemisphere")
+    seen = {key: own.inputs[key] for key in ("depth", "positions", "normals")}
+    buffers = lfssao.Buffers(described_view(own.parameters), **seen, turns=own.inputs.get("turns"))
+    samples, radius = own.inputs["points"], own.parameters["radii"][0]
+    wrong = estimate("oriented-hemisphere", buffers, radius, samples, filter="linear").texture
+    found = own.compared(wrong, tmp_path).diagnosis
+    assert found.fits, found.words("M")
+    assert found.words("M").endswith("textures read between texels, by a linear filter: --parameter filter=linear")
+
+
 @pytest.mark.parametrize(("name", "shift"), [("oriented-hemisphere", 0.03), ("vo-points", -0.83), ("alchemy", 0.02)])
 def test_the_shift_is_told(job, looking, tmp_path, name, shift):
     """By few texels, too: other changes of the view move as many."""

@@ -113,7 +113,7 @@ class Horizons(NamedTuple):
         length = np.sqrt(dot(d, d))
         sine, r = within(-dot(d, w) / length, -ZENITH, ZENITH), length / rounded(self.radius, 4, length)
         weight = within(1 - (self.linear * r + self.quadratic * (r * r)), 0, 1)
-        near = (r < 1) & (seen != texel)
+        near = (r < 1) & view.other(seen, texel)
         return select(near, weight * larger(0, sine - state), 0), select(near, larger(state, sine), state)
 
     def end(self, total: Any) -> Any:

@@ -46,6 +46,11 @@ class LookUps(Bordered):
     background: str = option(
         "open", "whether background hides nothing, or textures are cleared to a place there", choices=("open", CLEARED)
     )
+    filter: str = option(
+        "nearest",
+        "whether a sample reads the texel that it lies in, or between the four centres around it, as a linear sampler",
+        choices=("nearest", "linear"),
+    )
     cleared: float = option(
         0.0,
         "this place: its distance along a camera's axis, 0 its eye; of a display metres behind the screen",
@@ -59,13 +64,16 @@ def cleared_z(options: Options) -> float | None:
 
 
 def look_of(options: Options, texels: int) -> Look | None:
-    """Return how image points are looked up; None where nothing is read beyond the border and before background.
+    """Return how image points are looked up; None for texels alone, of the texture and with surfaces.
 
     texels: the number of the texel that stands for background, the first behind those of the texture.
     """
     border, cleared = options.border if isinstance(options, Bordered) else "open", cleared_z(options) is not None
+    linear = True if isinstance(options, LookUps) and options.filter == "linear" else None
+    if border == "open" and not cleared and not linear:
+        return None
     outside = texels if border == BACKGROUND else NOTHING
-    return Look(BORDERS.get(border, VALUE), outside, cleared=cleared) if border != "open" or cleared else None
+    return Look(BORDERS.get(border, VALUE), outside, cleared=cleared, linear=linear)
 
 
 def cleared_places(view: View, u: Texture, v: Texture, z: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

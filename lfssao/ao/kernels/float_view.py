@@ -7,6 +7,7 @@ import numpy as np
 from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.look_up import holds_place
 from lfssao.ao.kernels.moments import filtered_moments
+from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import as_float, formula, number, plain, select, where_none
 from lfssao.core.places import affine_rows, linear_rows
@@ -32,14 +33,83 @@ def row_of_texel(texel, width):
     return np.uint32(np.int32((np.float64(np.int32(texel)) + 0.5) * (1.0 / np.float64(np.int32(width)))))
 
 
-@kernel(inline=True)
-def landed(view, x, y, sought, width):
-    """Return the texel of the image point (x, y), or the point itself where textures are filtered.
+@formula
+def float_at(seen, texture):
+    """The number of a texel, or between four, of a texture (H W,)."""
+    return by_corners(seen, _float_of, _float_between, (texture,))
 
-    sought: the texel by the view's look, which it is where there is one.
-    """
-    texel = where_none(view.look, texel_number(x, y, width), np.uint32(max(sought, 0)))
-    return where_none(view.moments_of, texel, (as_float(x), as_float(y)))
+
+@formula
+def _float_of(texel, texture):
+    return as_float(texture[texel])
+
+
+@formula
+def _float_between(four, texture):
+    a, b = as_float(texture[four.texel]), as_float(texture[four.right])
+    return blended(four, a, b, as_float(texture[four.below]), as_float(texture[four.across]))
+
+
+@formula
+def vector_at(seen, texture):
+    """The vector of a texel, or between four, of a texture (3 H W,)."""
+    return by_corners(seen, _vector_of, _vector_between, (texture,))
+
+
+@formula
+def _vector_of(texel, texture):
+    return float_vector(texture, texel)
+
+
+@formula
+def _vector_between(four, texture):
+    a, b = float_vector(texture, four.texel), float_vector(texture, four.right)
+    return blended_vector(four, a, b, float_vector(texture, four.below), float_vector(texture, four.across))
+
+
+@formula
+def all_show(seen, view):
+    """Whether a texel shows a surface or holds a place, or all four do."""
+    return by_corners(seen, _shows, _all_show, (view,)) | holds_place(view.look)
+
+
+@formula
+def _shows(texel, view):
+    return view.depth[texel] < np.inf
+
+
+@formula
+def _all_show(four, view):
+    first = (view.depth[four.texel] < np.inf) & (view.depth[four.right] < np.inf)
+    return first & (view.depth[four.below] < np.inf) & (view.depth[four.across] < np.inf)
+
+
+@formula
+def is_other(seen, texel):
+    """Whether a look-up reads anything but a texel alone."""
+    return by_corners(seen, _differs, _reads_others, (texel,))
+
+
+@formula
+def _differs(seen, texel):
+    return seen != texel
+
+
+@formula
+def _reads_others(four, texel):
+    return (four.texel != texel) | (four.x > 0) | (four.y > 0)
+
+
+@kernel(inline=True)
+def landed(view, x, y, seen):
+    """Return what formulas are given of a look-up, ``seen``, or the image point where textures are filtered."""
+    return where_none(view.moments_of, seen, (as_float(x), as_float(y)))
+
+
+@kernel(inline=True)
+def texel_of_look(view, x, y, sought, width):
+    """The texel of the image point (x, y) in the texture, or that of the view's look."""
+    return where_none(view.look, texel_number(x, y, width), np.uint32(max(sought, 0)))
 
 
 @kernel(inline=True)
@@ -83,7 +153,7 @@ class FloatView(NamedTuple):
     look: Any = None  # ``Look``, where samples beyond the border or before background read a texel
 
     def position(self, texel):
-        return float_vector(self.positions, texel)
+        return vector_at(texel, self.positions)
 
     def normal(self, texel):
         return float_vector(self.normals, texel)
@@ -108,7 +178,7 @@ class FloatView(NamedTuple):
         return condition
 
     def surface(self, texel):
-        return as_float(self.surfaces[texel])
+        return float_at(texel, self.surfaces)
 
     def image_z(self, texel):
         return self.surface(texel)
@@ -127,7 +197,10 @@ class FloatView(NamedTuple):
         return as_float(x)
 
     def shows(self, texel):
-        return (self.depth[texel] < np.inf) | holds_place(self.look)
+        return all_show(texel, self)
+
+    def other(self, seen, texel):
+        return is_other(seen, texel)
 
     def image(self, place):
         return image_of(self.kind, self.lens, place.u, place.v, place.q, place.z)

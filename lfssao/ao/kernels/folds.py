@@ -6,13 +6,13 @@ ends of a direction, and for each of its steps one of the texels where they land
 
 import numpy as np
 
-from lfssao.ao.kernels.float_view import adds
-from lfssao.ao.kernels.look_up import look_up
+from lfssao.ao.kernels.float_view import adds, texel_of_look
+from lfssao.ao.kernels.look_up import linear_of, look_up, seen_at
 from lfssao.ao.kernels.spans import CHUNK, next_span
 from lfssao.ao.kernels.sums import finish_texels
 from lfssao.core.intrinsics import get, put, scratch, texel_slots
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, plain, select, where_none
+from lfssao.core.numbers import as_float, plain, select
 from lfssao.optics.kernels.projection import (
     CROSSED_SLITS,
     DISPLAY,
@@ -20,7 +20,6 @@ from lfssao.optics.kernels.projection import (
     hold_inside,
     image_of,
     last_below,
-    texel_number,
 )
 
 _slots = texel_slots(48)
@@ -41,8 +40,11 @@ def _begin_direction(kind, view, estimator, s, column, row, n, like, ways, state
 
 
 @kernel(inline=True)
-def _land(view, size, part, column, row, n, ways, texels, inside, missed):
-    """The texels at a part of the ways of n texels, and 1 where they add something, else 0."""
+def _land(view, size, part, column, row, n, ways, ends, texels, inside, missed):
+    """The texels at a part of the ways of n texels, and 1 where they add something, else 0.
+
+    ends: their image points, out, where a linear look reads between texels.
+    """
     (across, down), dtype = ways, ways[0].dtype.type
     half, right_edge, bottom_edge = dtype(0.5), last_below(dtype(size[1])), last_below(dtype(size[0]))
     for i in range(n):
@@ -51,18 +53,27 @@ def _land(view, size, part, column, row, n, ways, texels, inside, missed):
         column_at, row_at = hold_inside(u, right_edge), hold_inside(v, bottom_edge)
         sought = look_up(view.look, u, v, size)
         there = adds(view, (column_at == u) & (row_at == v), sought)
-        texels[i] = where_none(view.look, texel_number(column_at, row_at, size[1]), np.uint32(max(sought, 0)))
+        texels[i] = texel_of_look(view, column_at, row_at, sought, size[1])
+        _keep(linear_of(view.look), ends, i, u, v)
         inside[i] = np.int32(there)
         missed[i] += np.int32(not there)
 
 
 @kernel(inline=True)
-def _take_step(view, estimator, first, n, like, texels, inside, states, totals, slots):
+def _keep(linear, ends, i, u, v):
+    """Keep an image point for ``seen_at``."""
+    if linear is not None:
+        ends[0][i], ends[1][i] = u, v
+
+
+@kernel(inline=True)
+def _take_step(view, estimator, first, n, size, like, ends, texels, inside, states, totals, slots):
     """Add what the surfaces of n texels' steps add, and raise the states."""
     zero = view.rows.dtype.type(0)
     for i in range(n):
         state, there = as_float(states[i]), inside[i] != 0
-        added, after = estimator.step(view, get(slots, i, like), state, np.uint32(first + i), texels[i])
+        seen = seen_at(view.look, ends[0][i], ends[1][i], texels[i], size)
+        added, after = estimator.step(view, get(slots, i, like), state, np.uint32(first + i), seen)
         totals[i] += plain(added) if there else zero
         states[i] = plain(select(there, after, state))
 
@@ -77,7 +88,8 @@ def fold_steps(begin, stop, view, estimator, occlusion, outside):
     size, fractions, count = occlusion.shape, occlusion.reshape(-1), estimator.points.shape[0]
     width, dtype = size[1], occlusion.dtype
     slots, missed, totals, states = _slots(dtype), scratch(np.int32), scratch(dtype), scratch(dtype)
-    ways, texels, inside = (scratch(dtype), scratch(dtype)), scratch(np.uint32), scratch(np.int32)
+    ways, ends = (scratch(dtype), scratch(dtype)), (scratch(dtype), scratch(dtype))
+    texels, inside = scratch(np.uint32), scratch(np.int32)
     like, zero = estimator.start(view, 0), dtype.type(0)
     for j in range(begin, stop):
         outside[j] = 0
@@ -99,7 +111,7 @@ def fold_steps(begin, stop, view, estimator, occlusion, outside):
                     _begin_direction(DISPLAY, view, estimator, s, column, j, n, like, ways, states, slots)
                 for step in range(1, estimator.steps + 1):
                     part = dtype.type(step) / dtype.type(estimator.steps)
-                    _land(view, size, part, column, j, n, ways, texels, inside, missed)
-                    _take_step(view, estimator, first, n, like, texels, inside, states, totals, slots)
+                    _land(view, size, part, column, j, n, ways, ends, texels, inside, missed)
+                    _take_step(view, estimator, first, n, size, like, ends, texels, inside, states, totals, slots)
             outside[j] += finish_texels(view, estimator, first, n, like, totals, missed, slots, fractions)
             at = first + n

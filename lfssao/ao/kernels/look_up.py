@@ -4,7 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.core.numbers import formula
+from lfssao.core.corners import Corners
+from lfssao.core.numbers import as_float, formula, unless_none
 
 VALUE, CLAMP, MIRROR, WRAP, MIRROR_INSIDE = range(5)  # rules for the border
 NOTHING = -1  # the texel of a look-up that adds nothing
@@ -16,15 +17,16 @@ class Look(NamedTuple):
 
     border: VALUE, or the rule by which a texel inside stands for one outside. outside: the number of the texel that
     stands for all others by the rule VALUE. empty: the number of the texel that stands for all without a surface. Both
-    are NOTHING where there is no such texel. cleared: whether texels without a surface hold a place. matrix: None, or
-    (2, 3), applied to (u, v, 1), as tuples of the arithmetic's floats: compiled loops would count the owners of an
-    array.
+    are NOTHING where there is no such texel. cleared: whether texels without a surface hold a place. linear: not None
+    if textures are read between four texels, and not in one. matrix: None, or (2, 3), applied to (u, v, 1), as tuples
+    of the arithmetic's floats: compiled loops would count the owners of an array.
     """
 
     border: int = VALUE
     outside: int = NOTHING
     empty: int = NOTHING
     cleared: bool = False
+    linear: Any = None
     matrix: Any = None
 
 
@@ -63,6 +65,53 @@ def texel_in(look, column, row, size):
     if look.border == VALUE and not (0 <= column < width and 0 <= row < height):
         return look.outside
     return hold_place(row, height, look.border) * width + hold_place(column, width, look.border)
+
+
+@formula
+def _linear(look):
+    return look.linear
+
+
+@formula
+def linear_of(look):
+    """Whether a look reads between four texels, not None if it does."""
+    return unless_none(look, None, _linear, ())
+
+
+@formula
+def _corner_in(look, column, row, size):
+    """The number of a corner's texel; one beyond the border that is none is the nearest inside."""
+    texel, (height, width) = texel_in(look, column, row, size), size
+    nearest = hold_place(row, height, CLAMP) * width + hold_place(column, width, CLAMP)
+    return np.uint32(nearest if texel == NOTHING else texel)
+
+
+@formula
+def corners_in(look, column, row, x, y, size):
+    """The corners whose upper left one lies in any column and row, and the image point's place between them."""
+    return Corners(
+        _corner_in(look, column, row, size),
+        _corner_in(look, column + 1, row, size),
+        _corner_in(look, column, row + 1, size),
+        _corner_in(look, column + 1, row + 1, size),
+        x,
+        y,
+    )
+
+
+@formula
+def seen_at(look, u, v, texel, size):
+    """What formulas are given of an image point in a texel: the texel, or by a linear look the corners around it."""
+    return unless_none(linear_of(look), texel, _corners_at, (look, u, v, size))
+
+
+@formula
+def _corners_at(linear, look, u, v, size):
+    x, y = _moved(look.matrix, u, v)
+    half = type(x)(0.5)
+    left, top = np.floor(x - half), np.floor(y - half)
+    across, down = as_float((x - half) - left), as_float((y - half) - top)
+    return corners_in(look, _texel_at(left), _texel_at(top), across, down, size)
 
 
 @formula

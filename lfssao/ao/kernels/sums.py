@@ -7,8 +7,8 @@ tiles, so that the surface on which turned samples of neighbours land far apart 
 
 import numpy as np
 
-from lfssao.ao.kernels.float_view import adds, landed, shown, with_kind
-from lfssao.ao.kernels.look_up import look_up
+from lfssao.ao.kernels.float_view import adds, landed, shown, texel_of_look, with_kind
+from lfssao.ao.kernels.look_up import look_up, seen_at
 from lfssao.ao.kernels.spans import CHUNK, next_span
 from lfssao.core.intrinsics import get, put, scratch, texel_slots
 from lfssao.core.jit import kernel
@@ -95,8 +95,8 @@ def sum_samples(begin, stop, view, estimator, occlusion, outside):
                 end = min(at + CHUNK, (j + 1) * width)
                 while at < end:
                     first, n = next_span(view.depth, at, end, CHUNK)
-                    for texel in range(at, first):
-                        fractions[texel] = zero
+                    for k in range(at, first):
+                        fractions[k] = zero
                     start_texels(view.moments_of, view, estimator, first, n, slots)
                     for i in range(n):
                         totals[i], missed[i] = zero, 0
@@ -112,7 +112,8 @@ def sum_samples(begin, stop, view, estimator, occlusion, outside):
                             x, y = hold_inside(us[i], right_edge), hold_inside(vs[i], bottom_edge)
                             sought = look_up(view.look, us[i], vs[i], size)
                             inside = adds(view, (x == us[i]) & (y == vs[i]), sought)
-                            seen = landed(view, x, y, sought, size[1])
+                            texel = texel_of_look(view, x, y, sought, size[1])
+                            seen = landed(view, x, y, seen_at(view.look, us[i], vs[i], texel, size))
                             term = estimator.term(view, get(slots, i, like), s, as_float(zs[i]), first + i, seen)
                             made = plain(select(shown(view, seen), term, estimator.background()))
                             totals[i] += made if inside else zero

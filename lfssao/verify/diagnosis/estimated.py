@@ -43,6 +43,7 @@ _WORDS = {
     ("range_check", False): "no range check",
     ("background", "occludes"): OCCLUDES,
     ("border", "open"): f"{OUTSIDE} add nothing",
+    ("filter", "nearest"): "textures read in the nearest texel",
 }
 
 
@@ -135,7 +136,7 @@ class Estimated(Problem):
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
         made = [*of_texture(self), *self._of_options(), *view_changes(self.sight, self.centre, self.others)]
-        made += of_borders()
+        made += of_borders("border" in self.options)
         made += self._of_neighbours()
         made.append(with_buffers("positions of half precision", positions=lambda b: half(b.positions)))
         made.append(with_buffers("depth of half precision", depth=lambda b: half(b.depth)))
@@ -159,8 +160,8 @@ class Estimated(Problem):
             if name == "cleared":  # textures are made with it
                 continue
             others: list[Value] = [other for other in choices.get(name, ()) if other != "cleared"]
-            if name == "border":  # ``of_borders`` has the others
-                others = ["open"]
+            if name in ("border", "filter"):  # the others have changes of their own
+                others = ["open" if name == "border" else "nearest"]
             elif isinstance(value, bool):
                 others = [not value]
             elif isinstance(value, int) and name != "seed":

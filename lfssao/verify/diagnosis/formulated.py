@@ -23,7 +23,7 @@ from lfssao.ao.textures import Texture
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.bounds import Bounds, FloatArray
 from lfssao.verify.diagnosis import look_ups
-from lfssao.verify.diagnosis.change import INSIDE, Axis, Change, Places, fixed, scaled
+from lfssao.verify.diagnosis.change import INSIDE, Axis, Change, Places, fixed, late, scaled
 from lfssao.verify.diagnosis.estimated import OCCLUDES, Estimated
 from lfssao.verify.diagnosis.kernels.texels import Reading, fold_texels, sum_texels
 from lfssao.verify.diagnosis.views import Sight
@@ -36,7 +36,7 @@ _HALF = 2**13 + 1  # splits a float32 into half precision and the rest
 # Fields on which the view and its textures do not depend.
 _LATE = frozenset({
     "value", "store", "mine", "columns", "rows", "room", "off", "model", "radius", "points", "weights", "options",
-    "image", "border", "background", "odd", "times", "factor", "split",
+    "image", "border", "background", "odd", "times", "linear", "factor", "split",
 })  # fmt: skip
 # Fields beside these on which the words of the formulas do not depend.
 _EARLY = {"ties", "buffers", "sight", "own", "depth_scale", "depth_bias", "sign"}
@@ -48,6 +48,7 @@ class Formulated(Estimated):
 
     image: FloatArray = field(default_factory=lambda: np.eye(3))  # applied to (u, v, 1)
     look_ups: Options = field(default_factory=Options)  # the reference's, which the view is made with
+    linear: bool = False  # whether textures are read between texels in any case
     background: int | None = None  # the texel whose surface stands where there is none, or ``_NONE``
     odd: tuple[Any, Any] = (slice(0), slice(0))  # samples or directions, and steps, that count more or less often
     times: float = 1.0  # how often these do
@@ -137,9 +138,12 @@ class Formulated(Estimated):
         if self.border is not None:
             outside = behind + NEAREST if self.border == look_ups.OCCLUDED else look_up.NOTHING
             look = look._replace(border=INSIDE.get(self.border, look_up.VALUE), outside=outside)
-        empty = look_up.NOTHING if self.background in (None, _NONE) else behind + self.background
-        matrix = tuple(tuple(row) for row in self.image[:2].astype(dtype))
-        look = look._replace(empty=empty, cleared=look.cleared and self.background is None, matrix=matrix)
+        look = look._replace(
+            empty=look_up.NOTHING if self.background in (None, _NONE) else behind + self.background,
+            cleared=look.cleared and self.background is None,
+            linear=True if self.linear else look.linear,
+            matrix=tuple(tuple(row) for row in self.image[:2].astype(dtype)),
+        )
         return Reading(look, dtype.type(self.sign), dtype.type(self.split))
 
     def _weights(self, count: int, steps: int) -> FloatArray:
@@ -165,9 +169,11 @@ class Formulated(Estimated):
 
     def _bounds(self) -> Bounds | None:
         """Bounds of the estimator; None where a look-up is changed, of which none are known."""
-        numbers = self.times, self.factor, self.depth_scale, self.depth_bias, self.sign
-        changed = self.border or self.background is not None or self.ties or self.split or numbers != (1, 1, 1, 0, 1)
-        return None if changed or self.own is not None or (self.image != np.eye(3)).any() else super()._bounds()
+        looked = self.border, self.linear, self.background, self.ties, self.split, self.sign
+        if looked != (None, False, None, 0, 0, 1) or self.own is not None or (self.image != np.eye(3)).any():
+            return None
+        numbers = self.times, self.factor, self.depth_scale, self.depth_bias
+        return super()._bounds() if numbers == (1, 1, 1, 0) else None
 
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
@@ -175,6 +181,9 @@ class Formulated(Estimated):
         if cleared_z(self.look_ups) is not None:
             made.append(fixed("background adds nothing", background=_NONE))
         made.append(fixed("background as if cleared to 0", background=_CLEARED))
+        if self.options.get("filter") == "nearest":  # late, as it is compiled anew
+            change = late(fixed("textures read between texels, by a linear filter", linear=True))
+            made.append(replace(change, hint="--parameter filter=linear"))
         made += [*look_ups.of_shifts(), fixed("u and v of half precision", split=_HALF)]
         return [*made, *self._of_depths()] if self._words & {"surface", "image_z"} else made
 

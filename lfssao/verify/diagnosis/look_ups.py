@@ -1,11 +1,13 @@
 """Changes of where image points are looked up, of problems with ``image``, applied to (u, v, 1), and a ``border``."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from lfssao.verify.diagnosis.change import INSIDE, OUTSIDE, Change, fixed, plain, shifts
 
+_OPTIONS = {"clamp": "clamp", "repeat": "wrap", "mirror": "mirror"}  # rules by the names of the option ``border``
 OCCLUDED = "occluded"  # a border beyond which all samples are
 
 
@@ -30,9 +32,14 @@ def of_places(height: int, width: int) -> list[Change]:
     ]
 
 
-def of_borders() -> list[Change]:
-    """Rules for image points beyond the border by which a texel inside stands for them."""
-    return [fixed(f"{OUTSIDE} held by {border}", border=border) for border in INSIDE]
+def of_borders(has_option: bool) -> list[Change]:
+    """Rules for image points beyond the border by which a texel inside stands for them.
+
+    has_option: whether the estimator has the option ``border``.
+    """
+    made = [fixed(f"{OUTSIDE} held by {border}", border=border) for border in INSIDE]
+    options = {border: f"--parameter border={name}" for name, border in _OPTIONS.items() if has_option}
+    return [replace(each, hint=options.get(border, "")) for each, border in zip(made, INSIDE, strict=True)]
 
 
 def beyond_occluded() -> Change:

@@ -15,7 +15,7 @@ VIEWS = {
     "module": lambda: lfssao.module_views(MESH, DISPLAY, range(4, 5), bounds=PART)[0],
     "camera": lambda: lfssao.Camera.looking_at(PART).view(18, 12),
 }
-# What NumPy calls the borders of GPU samplers.
+# Borders of GPU samplers, by the names that NumPy has for them.
 MODES = {"clamp": "edge", "repeat": "wrap", "mirror": "symmetric"}
 
 
@@ -31,19 +31,31 @@ def buffers_of(kind):
     return lfssao.Buffers(view, depth, positions, normals)
 
 
-def shares(buffers, border, beyond, cleared):
+def read(padded, x, y, linear):
+    """A texture at an image point."""
+    if not linear:
+        return padded[int(np.floor(y)), int(np.floor(x))]
+    left, top = int(np.floor(x - 0.5)), int(np.floor(y - 0.5))
+    across, down = x - 0.5 - left, y - 0.5 - top
+    four = padded[top : top + 2, left : left + 2]
+    return np.inf if np.isinf(four).any() else [1 - down, down] @ four @ [1 - across, across]
+
+
+def shares(buffers, border, beyond, cleared, linear=False):
     """LF Algorithm 2 in float64: shares of hidden points, a rule beyond the border, and depth of background."""
     height, width = buffers.depth.shape
     far = 40 * max(height, width)
     depth = np.where(buffers.depth < np.inf, buffers.depth, cleared)
     padded = np.pad(depth, far, MODES[border]) if border in MODES else np.pad(depth, far, constant_values=beyond)
+    if border == "open" and linear:  # beside a sample inside the texture its edge goes on
+        padded = np.pad(depth, far, "edge")
     made = np.zeros(depth.shape)
     for row, column in np.argwhere(buffers.depth < np.inf):
         u, v, z = buffers.view.world_to_image(buffers.positions[row, column] + RADIUS * POINTS).T
         hidden = [
-            padded[int(np.floor(y)) + far, int(np.floor(x)) + far] < deep
+            read(padded, x + far, y + far, linear) < deep
             for x, y, deep in zip(u, v, z, strict=True)
-            if np.isfinite(x)
+            if np.isfinite(x) and (border != "open" or (0 <= x < width and 0 <= y < height))
         ]
         made[row, column] = np.count_nonzero(hidden) / len(POINTS)
     return made
@@ -52,17 +64,18 @@ def shares(buffers, border, beyond, cleared):
 @pytest.mark.parametrize("kind", VIEWS)
 @pytest.mark.parametrize("border", ["open", "clamp", "repeat", "mirror", "background"])
 @pytest.mark.parametrize("is_cleared", [False, True])
-def test_points_beyond_the_border_and_before_background_see_what_options_say(kind, border, is_cleared):
-    buffers, options = buffers_of(kind), {"border": border}
+@pytest.mark.parametrize("linear", [False, True])
+def test_points_see_what_options_say(kind, border, is_cleared, linear):
+    buffers, options = buffers_of(kind), {"border": border, "filter": "linear" if linear else "nearest"}
     seen = np.inf
     if is_cleared:
         options |= {"background": "cleared", "cleared": {"module": -0.2, "camera": 2.5}[kind]}
         seen = float(buffers.view.depth_at(np.array(options["cleared"])))
     made = lfssao.estimate("point", buffers, RADIUS, POINTS, **options).texture
-    expected = shares(buffers, border, seen if border == "background" else np.inf, seen)
+    expected = shares(buffers, border, seen if border == "background" else np.inf, seen, linear)
     assert np.array_equal(made, expected)
     plain = lfssao.estimate("point", buffers, RADIUS, POINTS).texture
-    changes = is_cleared or border in MODES
+    changes = is_cleared or linear or border in MODES
     assert np.array_equal(made, plain) is not changes
 
 

@@ -5,12 +5,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.estimators.sao.kernels.reconstruct import face_normal, on_ray
-from lfssao.ao.kernels.float_view import row_of_texel
+from lfssao.ao.kernels.float_view import all_show, is_other, row_of_texel
 from lfssao.ao.kernels.levels import level_texel, mip_level
-from lfssao.ao.kernels.look_up import holds_place
+from lfssao.ao.kernels.look_up import corners_in
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_between
+from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.doubts import Doubt
-from lfssao.core.numbers import formula, where_none
+from lfssao.core.numbers import formula, where_none, within
 from lfssao.core.places import image_or, offset_spot, point_spot, row_of
 from lfssao.core.vectors import Vector, dot
 from lfssao.optics.kernels.projection import image_of
@@ -74,11 +75,41 @@ def _place_error(look, view, texel):
 
 
 @formula
+def _place(texel, view):
+    return _vector(view, view.positions, texel, _place_error(view.look, view, texel))
+
+
+@formula
+def _place_between(four, view):
+    a, b = _place(four.texel, view), _place(four.right, view)
+    return blended_vector(four, a, b, _place(four.below, view), _place(four.across, view))
+
+
+@formula
 def _position(rays, view, texel):
     """A texel's point: of the positions texture, or where it is made of depth, of that."""
     if rays is None or not view.remade:
-        return _vector(view, view.positions, texel, _place_error(view.look, view, texel))
+        return by_corners(texel, _place, _place_between, (view,))
     return on_ray(view, texel, view.surface(texel))
+
+
+@formula
+def _z(texel, view):
+    low, high = view.low[texel], view.high[texel]
+    return view.ball(0.5 * (low + high), 0.5 * (high - low))
+
+
+@formula
+def _z_between(four, view):
+    a, b = _z(four.texel, view), _z(four.right, view)
+    return blended(four, a, b, _z(four.below, view), _z(four.across, view))
+
+
+@formula
+def cell_seen(linear, view, image, column, row, size):
+    """The corners of a cell, and the places between them that an image point may have."""
+    x, y = within(image.u - 0.5 - column, 0.0, 1.0), within(image.v - 0.5 - row, 0.0, 1.0)
+    return corners_in(view.look, column, row, x, y, size)
 
 
 @formula
@@ -171,8 +202,7 @@ class BallView(NamedTuple):
         return self.asked[1] == 1.0
 
     def surface(self, texel):
-        low, high = self.low[texel], self.high[texel]
-        return self.ball(0.5 * (low + high), 0.5 * (high - low))
+        return by_corners(texel, _z, _z_between, (self,))
 
     def image_z(self, texel):
         z = self.surface(texel)
@@ -199,7 +229,10 @@ class BallView(NamedTuple):
         return self.ball(x, self.by.offset * abs(x))
 
     def shows(self, texel):
-        return (self.depth[texel] < np.inf) | holds_place(self.look)
+        return all_show(texel, self)
+
+    def other(self, seen, texel):
+        return is_other(seen, texel)
 
     def image(self, place):
         return image_at(self, place, self.depth_at(place))

@@ -13,7 +13,8 @@ from lfssao.core.jit import kernel
 from lfssao.core.numbers import number
 from lfssao.verify.bounds.kernels.ball_view import answering, image_at
 from lfssao.verify.bounds.kernels.images import Projected, widen
-from lfssao.verify.bounds.kernels.seen import looked_up_box, looked_up_texel
+from lfssao.verify.bounds.kernels.seen import looked_up_box
+from lfssao.verify.bounds.kernels.sums import looked_up
 
 
 @kernel(inline=True)
@@ -43,7 +44,7 @@ def _march(view, seen, estimator, here, texel, s, most_added):
         if box.least > 0.0:
             rises, ends = (np.inf, 0.0), (np.inf, -np.inf)
         for n in range(box.texels):
-            other, added, after = looked_up_texel(view.look, box, n, seen.depth.shape), (0.0, 0.0), (low, high)
+            other, added, after = looked_up(view, box, image, n, seen.depth.shape), (0.0, 0.0), (low, high)
             if view.shows(other):
                 any_state = ball_between(low, high, state)
                 rise, raised = estimator.step(view, here, any_state, texel, other)

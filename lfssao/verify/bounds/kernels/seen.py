@@ -11,7 +11,7 @@ import numpy as np
 from lfssao.ao.kernels import look_up
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import formula
+from lfssao.core.numbers import formula, where_none
 from lfssao.core.places import point_spot, row_of_spot
 from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.projection import MATRIX
@@ -116,25 +116,29 @@ def texel_of(box, k):
 def looked_up_box(look, seen, image):
     """The texels that an image point may lie in, beyond the border too where a look says what they stand for.
 
-    Rules but CLAMP are known no further than ``look_up`` follows them.
+    Rules but CLAMP are known no further than ``look_up`` follows them. The cells of a linear look begin at the centres
+    of texels; one may lie beyond the border, where the look says nothing of it, if its image point does not.
     """
-    if look is None or (look.border == look_up.VALUE and look.outside == look_up.NOTHING):
+    if look is None:
         return box_of(seen, image)
-    u_low, u_high = np.floor(image.u.value - image.u.error), np.floor(image.u.value + image.u.error)
-    v_low, v_high = np.floor(image.v.value - image.v.error), np.floor(image.v.value + image.v.error)
-    height, width = seen.depth.shape
+    own, opened = box_of(seen, image), look.border == look_up.VALUE and look.outside == look_up.NOTHING
+    if opened and (look_up.linear_of(look) is None or own.texels == 0):
+        return own
+    half, (height, width) = where_none(look_up.linear_of(look), 0.0, 0.5), seen.depth.shape
+    u_low, u_high = np.floor(image.u.value - image.u.error - half), np.floor(image.u.value + image.u.error - half)
+    v_low, v_high = np.floor(image.v.value - image.v.error - half), np.floor(image.v.value + image.v.error - half)
     if not image.may:
         return Box(0.0, 0.0, True, 0, 1, 0, 0)
     if look.border in (look_up.CLAMP, look_up.VALUE):  # one texel beyond stands for all
-        u_low, u_high = max(min(u_low, np.float64(width)), -1.0), max(min(u_high, np.float64(width)), -1.0)
-        v_low, v_high = max(min(v_low, np.float64(height)), -1.0), max(min(v_high, np.float64(height)), -1.0)
+        u_low, u_high = max(min(u_low, np.float64(width)), -2.0), max(min(u_high, np.float64(width)), -2.0)
+        v_low, v_high = max(min(v_low, np.float64(height)), -2.0), max(min(v_high, np.float64(height)), -2.0)
     count = (u_high - u_low + 1.0) * (v_high - v_low + 1.0)
     near = max(abs(u_low), abs(u_high)) < look_up.FARTHEST and max(abs(v_low), abs(v_high)) < look_up.FARTHEST
     if not (near and count <= _MOST_TEXELS and abs(image.z.value) + image.z.error < UNKNOWN):
         return Box(0.0, 1.0, False, 0, 1, 0, 0)
-    least = 1.0 if image.must else 0.0
+    least = own.least if opened else 1.0 if image.must else 0.0
     span = np.int64(u_high - u_low) + 1
-    return Box(least, 0.0, image.must and count == 1.0, np.int64(count), span, np.int64(u_low), np.int64(v_low))
+    return Box(least, 0.0, least == 1.0 and count == 1.0, np.int64(count), span, np.int64(u_low), np.int64(v_low))
 
 
 @formula

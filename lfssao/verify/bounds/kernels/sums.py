@@ -7,13 +7,14 @@ the box touches, or none; the sample's term lies between the least and the large
 import numpy as np
 
 from lfssao.ao.kernels.float_view import shown
+from lfssao.ao.kernels.look_up import linear_of
 from lfssao.core.balls import SAFETY, UNKNOWN
 from lfssao.core.doubts import doubt_of
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import number, where_none, within
-from lfssao.verify.bounds.kernels.ball_view import answering, image_at
+from lfssao.core.numbers import number, unless_none, where_none, within
+from lfssao.verify.bounds.kernels.ball_view import answering, cell_seen, image_at
 from lfssao.verify.bounds.kernels.images import Projected, widen
-from lfssao.verify.bounds.kernels.seen import looked_up_box, looked_up_texel
+from lfssao.verify.bounds.kernels.seen import looked_up_box, looked_up_texel, texel_of
 
 NO_STORY = -1, np.empty((0, 6))  # the last arguments of ``bound_sums`` where no texel's story is told
 OPEN = 2.0**-10  # a term whose interval is wider than this part of it counts as undecided
@@ -26,11 +27,19 @@ def readings(view, box):
 
 
 @kernel(inline=True)
+def looked_up(view, box, image, k, size):
+    """Return what formulas are given of texel or cell k of a box."""
+    row, column = texel_of(box, k)
+    texel = looked_up_texel(view.look, box, k, size)
+    return unless_none(linear_of(view.look), texel, cell_seen, (view, image, column, row, size))
+
+
+@kernel(inline=True)
 def reading(view, box, image, k, size):
     """Return what formulas are given of reading k: a texel, or the image point in the texture."""
     height, width = size
     point = within(image.u, 0.0, np.float64(width)), within(image.v, 0.0, np.float64(height))
-    return where_none(view.moments_of, looked_up_texel(view.look, box, k, size), point)
+    return where_none(view.moments_of, looked_up(view, box, image, k, size), point)
 
 
 @kernel

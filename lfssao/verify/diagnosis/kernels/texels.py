@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.kernels.look_up import Look, look_up
+from lfssao.ao.kernels.look_up import Look, look_up, seen_at
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import as_float, number, plain, select
 from lfssao.optics.kernels.projection import image_of
@@ -48,6 +48,13 @@ def _looked_up(reading, u, v, size):
     return look_up(reading.look, _rounded(u, reading.split), _rounded(v, reading.split), size)
 
 
+@kernel(inline=True)
+def _between(reading, u, v, texel, size):
+    """Return what formulas are given of an image point in a texel."""
+    x, y = _rounded(u, reading.split), _rounded(v, reading.split)
+    return seen_at(reading.look, x, y, texel, size)
+
+
 @kernel(rows="texels", few=_FEW)
 def sum_texels(begin, stop, view, estimator, reading, size, texels, weights, occlusion):
     """Occlusion of texels by their samples, (K,); texels: (K,), their numbers, row * width + column.
@@ -67,8 +74,10 @@ def sum_texels(begin, stop, view, estimator, reading, size, texels, weights, occ
             seen, z = _looked_up(reading, u, v, size), view.depth_at(place)
             if seen >= 0:
                 there = view.shows(seen) | reading.look.cleared
-                other = np.uint32(seen if there or empty < 0 else empty)
+                texel_seen = np.uint32(seen if there or empty < 0 else empty)
+                other = _between(reading, u, v, texel_seen, size)
                 term = estimator.term(view, here, s, number(reading.sign, z) * z, texel, other)
+                there = view.shows(other) | reading.look.cleared
                 total += weights[s, 0] * plain(select(there | (empty >= 0), term, estimator.background()))
         occlusion[k] = plain(estimator.end(as_float(total))) if counts else zero
 
@@ -94,7 +103,8 @@ def fold_texels(begin, stop, view, estimator, reading, size, texels, weights, oc
                 seen = _looked_up(reading, x + part * across, y + part * down, size)
                 if seen >= 0 and weight > 0:
                     there = view.shows(seen) | reading.look.cleared
-                    other = np.uint32(seen if empty < 0 or there else empty)
+                    texel_seen = np.uint32(seen if empty < 0 or there else empty)
+                    other = _between(reading, x + part * across, y + part * down, texel_seen, size)
                     added, after = estimator.step(view, here, state, texel, other)
                     total += weight * plain(added)
                     state = after

@@ -1,0 +1,54 @@
+"""A look-up by a linear filter: the four texels around an image point, and numbers of a texture between them."""
+
+from typing import Any, NamedTuple
+
+from numba import types
+from numba.extending import overload
+
+from lfssao.core.numbers import INLINED, alternatives, formula
+from lfssao.core.vectors import Vector
+
+
+class Corners(NamedTuple):
+    """The texels around an image point: the upper left one, the next to the right, and those below both.
+
+    x and y: the image point's place between their centres, 0 to 1, right and down.
+    """
+
+    texel: Any
+    right: Any
+    below: Any
+    across: Any
+    x: Any
+    y: Any
+
+
+def by_corners(seen: Any, of_texel: Any, between: Any, arguments: Any) -> Any:
+    """Return what one formula makes of a look-up that is a texel, or another of one that is four; compilers know."""
+    return (between if isinstance(seen, Corners) else of_texel)(seen, *arguments)
+
+
+@overload(by_corners, jit_options=INLINED)
+def _by_corners(seen, of_texel, between, arguments):
+    if isinstance(seen, types.BaseNamedTuple) and seen.instance_class is Corners:
+        return lambda seen, of_texel, between, arguments: between(seen, *arguments)
+    return lambda seen, of_texel, between, arguments: of_texel(seen, *arguments)
+
+
+@formula
+def blended(corners: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """Return the number between those of four texels; of balls that of all weights' products, too."""
+    x, y = corners.x, corners.y
+    upper, lower = a + x * (b - a), c + x * (d - c)
+    weighed = ((1 - x) * (1 - y)) * a + (x * (1 - y)) * b
+    return alternatives(upper + y * (lower - upper), weighed + (((1 - x) * y) * c + (x * y) * d))
+
+
+@formula
+def blended_vector(corners: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """Return the vector between those of four texels."""
+    return Vector(
+        blended(corners, a.x, b.x, c.x, d.x),
+        blended(corners, a.y, b.y, c.y, d.y),
+        blended(corners, a.z, b.z, c.z, d.z),
+    )

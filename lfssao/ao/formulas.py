@@ -8,11 +8,12 @@ Numbers of the tuple are plain: arithmetic of two of them belongs before the tup
 """
 
 from collections.abc import Callable, Container
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import FloatArray, Options, turns_of
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, turns_of
 from lfssao.ao.estimators.look_ups import cleared_places, cleared_z, look_of, one_more, with_cleared
 from lfssao.ao.kernels.float_view import FloatView
 from lfssao.ao.kernels.folds import fold_steps
@@ -255,6 +256,21 @@ def sum_formulas(
     """Return occlusion of a view by the formulas of an estimator, ``Estimator.run`` of it."""
     numbers = formulas(buffers, radius, points, weights, options)
     return run_kernel(sum_samples, buffers.depth, float_view(buffers, words_of(numbers), options), numbers)
+
+
+def summed(name: str, formulas: Callable[..., Any], **facts: Any) -> Estimator:
+    """Return an estimator of one's own that is written as ``Summed``; facts: fields of ``Estimator``."""
+    return _own(name, formulas, sum_formulas, facts)
+
+
+def folded(name: str, formulas: Callable[..., Any], **facts: Any) -> Estimator:
+    """Return an estimator of one's own that is written as ``Folded``; facts: fields of ``Estimator``."""
+    return _own(name, formulas, fold_formulas, {"dimensions": 0, **facts})
+
+
+def _own(name: str, formulas: Callable[..., Any], run: Callable[..., Occlusion], facts: dict[str, Any]) -> Estimator:
+    said = {"title": "an estimator of one's own", "source": "its file", "formula": "as its file says", **facts}
+    return Estimator(name=name, run=partial(run, formulas), formulas=formulas, **said)
 
 
 def fold_formulas(

@@ -90,6 +90,7 @@ class Estimator:
     rotation: str = "none"  # how they do by default, a name of ``lfssao.samples.ROTATIONS``
     # The method of ``make_samples`` whose points of seed 0 are its own sample set; None where it has another set.
     sampling: str | None = None
+    text: str = ""  # SHA-256 of the file of one's own that it is read of
 
     @property
     def parameters(self) -> dict[str, Value]:

@@ -34,17 +34,26 @@ class _Registry(UserDict[str, Any]):
     """The estimators by name; their names are listed without importing them."""
 
     def __getitem__(self, name: str) -> Any:
-        entries = import_module(f"lfssao.ao.estimators.{self.data[name]}").ENTRIES
+        known = self.data[name]
+        if isinstance(known, Estimator):  # of one's own
+            return known
+        entries = import_module(f"lfssao.ao.estimators.{known}").ENTRIES
         return next(entry for entry in entries if entry.name == name)
 
 
-ESTIMATORS: Mapping[str, Estimator] = _Registry({name: family for family, of in _FAMILIES.items() for name in of})
+ESTIMATORS = _Registry({name: family for family, of in _FAMILIES.items() for name in of})
+
+
+def register(estimator: Estimator) -> None:
+    """Let an estimator of one's own be found by its name, in this process."""
+    ESTIMATORS.data[estimator.name] = estimator
 
 
 def find_estimator(name: str) -> Estimator:
     """Return the estimator of a name; raises InputError if there is none."""
     check_choice("estimator", name, ESTIMATORS)
-    return ESTIMATORS[name]
+    found: Estimator = ESTIMATORS[name]
+    return found
 
 
 def of_one_view() -> dict[str, Estimator]:
@@ -53,7 +62,7 @@ def of_one_view() -> dict[str, Estimator]:
 
 
 def estimate(
-    name: str,
+    name: str | Estimator,
     buffers: Buffers,
     radius: float,
     points: FloatArray | None = None,
@@ -65,8 +74,8 @@ def estimate(
 
     Parameters
     ----------
-    name : str
-        One of ``ESTIMATORS``.
+    name : str or Estimator
+        One of ``ESTIMATORS``, or one of one's own (``lfssao.read_estimator``).
     buffers : Buffers
         The view's textures; their dtype is the arithmetic's. Samples turn by their ``turns`` and not without: for the
         rotation that a render has by default, hand over ``buffers.turned(find_estimator(name).rotation)``.
@@ -103,7 +112,7 @@ def estimate(
 
 
 def estimate_radii(
-    name: str,
+    name: str | Estimator,
     buffers: Buffers,
     radii: Sequence[float],
     points: FloatArray | None = None,
@@ -112,14 +121,14 @@ def estimate_radii(
     **parameters: Value,
 ) -> list[Occlusion]:
     """Return ``estimate`` of each of several radii; together they may take less time."""
-    estimator = find_estimator(name)
+    estimator = name if isinstance(name, Estimator) else find_estimator(name)
     check_type("buffers", buffers, Buffers)
     for radius in radii:
         check_radius(radius)
     parameters = full_parameters(estimator, parameters)
     options = [estimator.options(**estimator.in_radii(parameters, radius, units)) for radius in radii]
     if estimator.reads_normals(parameters) and buffers.normals is None:
-        raise InputError(f"estimator {name} reads normals, and there is no normals texture")
+        raise InputError(f"estimator {estimator.name} reads normals, and there is no normals texture")
     if buffers.turns is not None:
         check_turning(estimator)
     check_samples(estimator, points, weights)

@@ -1,0 +1,1 @@
+"""Starts for estimators of one's own, which ``lfssao estimators --template`` prints."""

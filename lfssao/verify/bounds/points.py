@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.horizon import ZENITH
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
+from lfssao.ao.formulas import ZENITH
 from lfssao.ao.textures import Buffers
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, up_to_single
@@ -25,12 +25,12 @@ from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels.ball_view import BallView
 from lfssao.verify.bounds.kernels.folds import bound_folds
 from lfssao.verify.bounds.kernels.seen import Seen
-from lfssao.verify.bounds.kernels.sums import NO_STORY, bound_sums, end_sums
+from lfssao.verify.bounds.kernels.sums import LIMITLESS, NO_STORY, bound_sums, end_sums
 from lfssao.verify.bounds.multiresolution import multiresolution
 from lfssao.verify.bounds.neighbours import neighbours
 from lfssao.verify.bounds.post import merge_bounds, union_ends
 from lfssao.verify.bounds.problem import Options, Problem, Weights, held, view_of_formulas
-from lfssao.verify.bounds.sao import LIMITLESS, sao
+from lfssao.verify.bounds.sao import sao
 
 
 def point_bounds(

@@ -12,7 +12,7 @@ from lfssao.core.arguments import as_number
 from lfssao.core.memory import check_available
 from lfssao.core.threads import ahead
 from lfssao.errors import InputError, check_type, shown
-from lfssao.verify.bounds.error_model import find_model
+from lfssao.verify.bounds.error_model import OF_KITS, find_model
 from lfssao.verify.bounds.points import has_bounds
 from lfssao.verify.bounds.stored import LINEAR
 from lfssao.verify.case import VIEW, Array, Arrays, Case
@@ -32,7 +32,6 @@ from lfssao.verify.compare.result import Result, Tolerance, result_of
 from lfssao.verify.compare.source import Mine, Reference, Sides
 from lfssao.verify.compare.surface import Surface
 from lfssao.verify.judge import judging
-from lfssao.verify.kit.stages import MODEL
 from lfssao.verify.verdict import Flags, Judgement, Verdict, equal_bits
 
 _AT_ONCE = 2  # layers whose figures are made: NumPy and scikit-image use one core each
@@ -341,7 +340,7 @@ class Comparison:
             names = ", ".join(sorted(self._without))
             note = f"no interval is known of {names}: the reference was rendered without layers they are made of"
             notes = [note, *notes]
-        named = self._model.name if self._reference.manifest is not None else MODEL if self._reference.kit else None
+        named = self._model.name if self._reference.manifest is not None else OF_KITS if self._reference.kit else None
         return Report(
             mine=str(self._mine.path),
             reference=str(self._reference.path),

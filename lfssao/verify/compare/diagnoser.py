@@ -16,7 +16,7 @@ from lfssao.rendering.image_file import read_image_file
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import VIEW, Arrays, Case, described_view
-from lfssao.verify.compare.background import background_candidate
+from lfssao.verify.compare.background import PLACED
 from lfssao.verify.compare.layers import layers_of
 from lfssao.verify.compare.source import Reference
 from lfssao.verify.compare.surface import Surface
@@ -77,7 +77,7 @@ class Diagnoser:
             caster=partial(self._caster, module),
             sampling=(self._reference.manifest or {}).get("sampling") or {},
             channel=channel,
-            background=None if background is None else background_candidate(name, background),
+            background=None if background is None else _background_candidate(name, background),
         )
         known = [*(each for each, _ in self._shared.most_common()), *self._found[stage]]
         found = wrong.diagnose(list(dict.fromkeys(known)), search=stage not in self._given_up)
@@ -148,3 +148,10 @@ class Diagnoser:
 
 def _number(module: str) -> int:
     return int(module.removeprefix("module_"))
+
+
+def _background_candidate(name: str, value: float) -> Candidate:
+    """The candidate that names a background."""
+    usual, hint = ("infinity", f"--background {value:g}") if name in PLACED else ("0", "")
+    words = f"background is {value:g} in place of {usual}"
+    return Candidate("background", (value,), words, 1.0, 1.0, 1.0, hint=hint)

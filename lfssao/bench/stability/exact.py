@@ -16,16 +16,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.kernels.float_view import FloatView
-from lfssao.bench.stability.tracked import Arithmetic, Tracked, holds, hull, in_doubt
+from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
+from lfssao.ao.kernels.float_view import FloatView, shown
+from lfssao.ao.kernels.levels import level_texel, mip_level
+from lfssao.bench.stability.tracked import Arithmetic, Doubt, Tracked, holds, hull, in_doubt
 from lfssao.core.numbers import select
 from lfssao.core.places import Rows
 from lfssao.optics.kernels.display import display_module, display_to_image
 from lfssao.optics.kernels.projection import DISPLAY, image_of
+from lfssao.samples.kernels.spiral import summed_angle, unit_of
 
 OUTSIDE = None  # in place of a texel's number: there is no image, or it lies beside the texture
 Image = tuple[Tracked, Tracked, Any]  # u, v, and whether the mapping is defined there: a bool or a doubt
 
+FAR = 2**21  # texels, beyond which samples read the level of this distance
 _MOST = 32  # texels that an image point may lie in; of more nothing is known
 
 
@@ -46,15 +50,54 @@ class _Table:
 def lifted(numbers: Any, work: Arithmetic) -> Any:
     """Return a named tuple whose floats, and those of its arrays, are numbers of an arithmetic.
 
-    Depths stay, and an infinity, by which a tuple says that there is no limit.
+    Depths and levels stay, and an infinity, by which a tuple says that there is no limit.
     """
 
     def lift(name: str, x: Any) -> Any:
         if isinstance(x, np.ndarray) and name != "depth":
             return _Table(x, work)
+        if isinstance(x, TexelRays):
+            return lifted(x, work)
         return work.given(x) if isinstance(x, np.floating) and np.isfinite(x) else x
 
-    return type(numbers)(*(lift(name, x) for name, x in zip(numbers._fields, numbers, strict=True)))
+    made = _View if isinstance(numbers, FloatView) else type(numbers)
+    return made(*(lift(name, x) for name, x in zip(numbers._fields, numbers, strict=True)))
+
+
+class _View(FloatView):
+    """A view of numbers of an arithmetic, with words of its own for what kernels look up by whole numbers."""
+
+    def row(self, texel: Any) -> int:
+        return int(texel) // self.width
+
+    def column(self, texel: Any) -> int:
+        return int(texel) % self.width
+
+    def hashed_turn(self, at: Any, angle: Any) -> tuple[Tracked, Tracked]:
+        """The kernels' own: a sum in float32 is what it is in every arithmetic."""
+        sine, cosine = unit_of(summed_angle(*at, float(angle.value)))
+        return angle.arithmetic.given(cosine), angle.arithmetic.given(sine)
+
+    def coarse_z(self, seen: Any, h: Any, log_q: int) -> tuple[Tracked, Any]:
+        """The z of the level of a sample h texels away, off by what those of other levels differ that h may ask for."""
+        levels, work, off = self.levels, h.arithmetic, Fraction(min(h.error, float(FAR)))
+        place = partial(level_texel, levels.first, column=self.column(seen), row=self.row(seen), width=self.width)
+
+        def level_of(distance: Fraction) -> int:
+            held = max(Fraction(0), min(distance, Fraction(FAR)))
+            return int(mip_level(np.float64(floor(held)), np.int32(log_q), np.int32(len(levels.first) - 1)))
+
+        def z_of(level: int) -> float:
+            return float(levels.z[place(level=np.int32(level))])
+
+        exact = z_of(level_of(h.value))
+        others = [z_of(level) for level in range(level_of(h.value - off), level_of(h.value + off) + 1)]
+        there = np.bool_(exact < inf)
+        if any((z < inf) != there for z in others):
+            return Tracked(Fraction(exact if there else 0), inf, work), Doubt(bool(there), work)
+        if not there:
+            return Tracked(Fraction(0), inf, work), there
+        return hull(work.given(exact), [work.given(z) for z in others]), there
 
 
 def image(kind: int, lens: Any, place: Rows, z: Tracked) -> Image:
@@ -138,7 +181,7 @@ class Formulas:
             def term(seen: int | None, s: int = s, z: Any = z) -> Sequence[Any]:
                 if seen is OUTSIDE:
                     return (0,)
-                return (own.term(view, here, s, z, texel, seen) if view.shows(seen) else own.background(),)
+                return (own.term(view, here, s, z, texel, seen) if shown.py_func(view, seen) else own.background(),)
 
             yield from self._look_up(image(view.kind, view.lens, place, z), term)
 

@@ -4,11 +4,11 @@
 value and the bound (running error analysis).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from math import inf, isfinite, isqrt, log2
+from math import floor, inf, isfinite, isqrt, log2, trunc
 from typing import Any
 
 import numpy as np
@@ -163,6 +163,20 @@ class Tracked:
         value = Fraction(isqrt((n << 2 * k) // d), 1 << k)
         within = self.size > self.error
         return self.arithmetic.number(value, self.error / float(value) if within else inf)
+
+    def __floor__(self) -> "Tracked":
+        return self._whole(floor)
+
+    def __trunc__(self) -> "Tracked":
+        return self._whole(trunc)
+
+    def _whole(self, cut: Callable[[Fraction], int]) -> "Tracked":
+        """A whole number made of it by a function that grows with it."""
+        value, error = cut(self.value), self.error
+        if error < inf:
+            ends = (cut(self.value + sign * Fraction(error)) for sign in (-1, 1))
+            error = float(max(abs(end - value) for end in ends))
+        return self.arithmetic.number(Fraction(value), error)
 
     def __lt__(self, other: Any) -> Any:
         """Whether it is less than another."""

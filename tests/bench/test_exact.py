@@ -17,13 +17,15 @@ from lfssao.bench.stability.measure import Exact, Stiff
 from lfssao.bench.stability.occlusions import SAMPLED, made_by
 from lfssao.bench.stability.table import DEGRADED, WITHIN, Case
 from lfssao.bench.stability.tracked import Arithmetic
+from lfssao.optics.camera import PROJECTIONS
 from lfssao.optics.display_file import find_display
 from lfssao.optics.kernels.projection import DISPLAY
 from lfssao.verify.bounds.points import point_bounds
 from lfssao.verify.kit.views import described, view_numbers
 
 FORMULAS = tuple(name for name in ESTIMATORS if find_estimator(name).reads_texels)
-EXACT = (*FORMULAS, *SAMPLED)
+FILTERED = tuple(name for name in ESTIMATORS if find_estimator(name).filtered)
+EXACT = (*FORMULAS, *FILTERED, *SAMPLED)
 PASSES = {"quad_edge": 0.0, "gauss": 0.0}  # behind SAO's sampling pass there are none
 # Parameters in tests of exact occlusion: words that the defaults do not name, taps that turn by the hash alone.
 OPTIONS = {"sao": PASSES, "sao-equation-1": {
@@ -97,10 +99,13 @@ def test_exact_occlusion_is_that_of_the_textbook(name, kind):
     }
     right = kit.solve("estimator", parameters, inputs)["occlusion"].ravel()
     exact = exact_occlusion(name, buffers, radius)
-    for texel, made in exact.items():
-        known = made.error < np.inf  # but where SAO's texels have no length: the next one has no ray
-        assert known or (kind == "curved" and name in SAMPLED and buffers.depth.flat[texel + 1] == np.inf)
-        assert not known or float(made.value) == pytest.approx(right[texel], abs=1e-12)
+    unknown = [texel for texel, made in exact.items() if made.error == np.inf]
+    if name in SAMPLED:  # texels without a length: the next one has no ray
+        assert all(kind == "curved" and buffers.depth.flat[texel + 1] == np.inf for texel in unknown)
+    assert len(unknown) <= (0.2 * len(exact) if name in (*FILTERED, *SAMPLED) else 0)  # M2 - M1^2 cancels
+    for texel in exact.keys() - unknown:
+        least = 1e-9 if name in FILTERED else 1e-12
+        assert float(exact[texel].value) == pytest.approx(right[texel], abs=least)
     assert any(made.value > 0.01 for made in exact.values())
 
 
@@ -114,6 +119,9 @@ def test_exact_occlusion_lies_inside_the_intervals(name, kind):
         samples = estimator.default_samples(SAMPLES)
         options = {**estimator.parameters, **OPTIONS.get(name, {})}
         bounds = point_bounds(name, buffers, radius, *samples, options)
+        if bounds is None:
+            assert (name in FILTERED, kind in PROJECTIONS) == (True, True)
+            continue
         for texel, made in exact_occlusion(name, buffers, radius).items():
             low, high = (np.nextafter(end.flat[texel], np.float32(way), dtype=np.float32)
                          for end, way in ((bounds.lower, -np.inf), (bounds.upper, np.inf)))  # fmt: skip

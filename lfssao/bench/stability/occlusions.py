@@ -17,7 +17,8 @@ from lfssao.ao.estimators.registry import estimate, find_estimator
 from lfssao.ao.estimators.sao.estimator import sample, sampling_pass, scale_of
 from lfssao.ao.estimators.sao.sampling import visibility_of
 from lfssao.ao.estimators.sao.texel_rays import linear_z
-from lfssao.ao.formulas import float_view, words_of
+from lfssao.ao.formulas import cast_depth, float_view, words_of
+from lfssao.ao.moments import moment_pyramid
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.bench.stability.conditions import VIEWS, at_corners, seen, texel_size
 from lfssao.bench.stability.exact import Formulas
@@ -33,8 +34,12 @@ SAMPLING = "sampling pass"
 SAMPLED = "sao", "sao-equation-1"  # estimators whose sampling pass alone is formulas
 
 _NEAR = "rounding may move a sample past a texel's edge or a surface"
+_BOX = "M2 - M1^2 cancels: the box is as wide as the root of what is left, over R"
 _WHATS: dict[str, tuple[str, Stated]] = {
-    "occlusion": ("its own arithmetic, against exact numbers", {"": (np.inf, _NEAR)}),
+    "occlusion": (
+        "its own arithmetic, against exact numbers",
+        {"": (np.inf, _NEAR), **dict.fromkeys(("vo-area", "vo-area-normal"), (np.inf, _BOX))},
+    ),
     SAMPLING: ("its own arithmetic, against exact numbers: A before averages, bytes and bilateral passes", {}),
 }
 OCCLUSIONS = {f"{what} in {path}": stated for what, stated in _WHATS.items() for path in PATHS}
@@ -62,7 +67,7 @@ def _measured(
     what: str, path: str, kind: str, make: Callable[[str], Buffers], texels: float, name: str
 ) -> Measured | None:
     """Measure an estimator's occlusion on an input; None if it is another that a row of this name is of."""
-    if not (name in SAMPLED if what == SAMPLING else find_estimator(name).reads_texels):
+    if not (name in SAMPLED if what == SAMPLING else find_estimator(name).formulas):
         return None
     textures = make(kind)
     return compare(name, textures, texels * texel_size(textures), path)
@@ -114,6 +119,8 @@ def made_by(name: str, buffers: Buffers, radius: float, count: int, options: Any
         samples = estimator.default_samples(count)
         numbers = estimator.formulas(buffers, radius, *samples, options)
         view, scale = float_view(buffers, words_of(numbers)), None
+        if estimator.filtered:
+            view = view._replace(moments_of=moment_pyramid(cast_depth(buffers), options.prefilter))
         made = estimate(name, buffers, radius, *samples, "radii", **vars(options)).texture
     formulas = Formulas.of(view, numbers, len(buffers.depth), work)
 

@@ -137,7 +137,7 @@ def _lacking() -> Iterator[Lack]:
     """Estimators that have no formulas of texels; decisions of ``lf`` are those of the cases of a mapping."""
     for name, estimator in of_one_view().items():
         if name != "lf" and estimator.formulas is None:
-            behind = "of its sampling pass alone: the 2x2 average, the bytes and the bilateral passes are kernels"
+            behind = "behind its sampling pass: the 2x2 average, the bytes and the bilateral passes are kernels"
             yield Lack("formulas", name, behind if name in SAMPLED else "not written as formulas of texels")
 
 

@@ -212,7 +212,8 @@ def normal_errors(scale: Scale) -> Found:
     """Figure 4: angle between rebuilt and triangle normals where the texels of the differences see one triangle."""
     buffers, _, gbuffer = camera_buffers(*scale.size(1024, 768))
     true = gbuffer.normals.astype(float)
-    made = scalable.sao_view(buffers, linear_z(buffers)).normals.reshape(true.shape).astype(float)
+    view = scalable.sao_view(buffers, linear_z(buffers), scalable.AppendixOptions())
+    made = view.normals.reshape(true.shape).astype(float)
     angle = np.degrees(np.arctan2(np.linalg.norm(np.cross(made, true), axis=-1), (made * true).sum(-1)))
     t = gbuffer.triangle
     pair = t.reshape(t.shape[0], -1, 2)[..., ::-1].reshape(t.shape)

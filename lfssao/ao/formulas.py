@@ -24,6 +24,8 @@ from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.numbers import method
 from lfssao.optics.kernels.projection import MATRIX
 
+ZENITH = 1.0 + 2.0**-16  # no sine is larger, rounded or not
+
 
 class Seen(Protocol):
     """The words by which formulas read a view; a texel is its number, row * width + column.

@@ -13,7 +13,6 @@ from lfssao.cli.job_options import add_options, job_of
 from lfssao.cli.terminal import printable, progress, working
 from lfssao.core.threads import MOST_THREADS
 from lfssao.errors import InputError
-from lfssao.rendering.cluster import executor_of
 from lfssao.rendering.output import ANIMATION, VIEW
 from lfssao.rendering.run import recover, run
 
@@ -44,6 +43,8 @@ def _render(options: argparse.Namespace) -> None:
     found = recover(job, threads, verifying) if options.resume else {}
     with ExitStack() as stack:
         if options.scheduler is not None and len(found) < total:
+            from lfssao.rendering.cluster import executor_of  # late: most renders have no scheduler
+
             workers = executor_of(options.scheduler, min(threads, total - len(found)))
             executor, threads, share = stack.enter_context(workers)
             sent = share(job)

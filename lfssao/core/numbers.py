@@ -4,7 +4,8 @@ A *formula* is a plain function with Python's operators. Compiled for floats it 
 IEEE operation, and a plain number beside a float takes its dtype. Compiled for balls (``lfssao.core.balls``) it bounds
 what other renderers make. Python itself runs it on numbers that are exact, or that round at random.
 
-Here are the words of formulas, and floats.
+Here are the words of formulas, and floats. Numbers of Python that are no floats may have ``number``, ``double``,
+``log2`` and ``is_number`` of their own, methods.
 """
 
 import inspect
@@ -182,22 +183,30 @@ def select(condition: Any, x: Any, y: Any) -> Any:
 
 def number(x: Any, like: Any) -> Any:
     """Return a plain number, or a float of another dtype, as one of the kind of another."""
-    return type(like)(x) if isinstance(like, np.generic) else x
+    if isinstance(like, np.generic):
+        return type(like)(x)
+    return like.number(x) if hasattr(like, "number") else x
 
 
 def double(x: Any) -> Any:
     """Return a float as a float64; a ball stays, as a renderer may compute in float32 all the way."""
+    if hasattr(x, "double"):
+        return x.double()
     return np.float64(x) if isinstance(x, np.generic) else x
 
 
 def is_number(x: Any) -> Any:
     """Whether a float is not NaN; balls stand for numbers."""
+    return x.is_number() if hasattr(x, "is_number") else _is_ordered(x)
+
+
+def _is_ordered(x):
     return (x < 0) | (x >= 0)
 
 
 def log2(x: Any) -> Any:
     """Return the binary logarithm of a float64, -1022 below the normal numbers."""
-    return np.float64(float_log2(np.float64(x)))
+    return x.log2() if hasattr(x, "log2") else np.float64(float_log2(np.float64(x)))
 
 
 def alternatives(x: Any, y: Any) -> Any:
@@ -354,23 +363,24 @@ def _log2(x):
     return (lambda x: as_float(float_log2(plain(x)))) if isinstance(x, FloatType) else None
 
 
-def of_floats(function: Any) -> None:
-    """Let compiled code call a function of numbers none of which is a ball."""
+def of_floats(function: Any, compiled: Any = None) -> None:
+    """Let compiled code call a function of numbers none of which is a ball, or another one in its place."""
 
     def all_are(*arguments):
         floats = all(is_plain(x) or isinstance(x, FloatType | types.Boolean) for x in arguments)
         return implementation if floats else None
 
-    implementation = bare(function)
+    implementation = bare(compiled or function)
     all_are.__signature__ = inspect.signature(implementation)  # type: ignore[attr-defined]
     overload(function, jit_options=INLINED)(all_are)
 
 
 for _word in (
-    rounded, known, twice, by_squaring, is_finite, is_number, least, most, middle_of, spread_of, within, alternatives,
+    rounded, known, twice, by_squaring, is_finite, least, most, middle_of, spread_of, within, alternatives,
     larger, smaller, smoothstep, line, surely,
 ):  # fmt: skip
     of_floats(_word)
+of_floats(is_number, _is_ordered)
 
 
 @overload(power, jit_options=INLINED)

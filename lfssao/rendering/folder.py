@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,9 @@ from lfssao.optics.display import Display, Module
 from lfssao.optics.view import without_guard
 from lfssao.rendering.exr import read_exr, use_one_thread_a_file
 from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
-from lfssao.rendering.viewer import LightField
+
+if TYPE_CHECKING:
+    from lfssao.rendering.viewer import LightField
 
 
 def load_manifest(folder: Path) -> dict[str, Any]:
@@ -97,7 +99,7 @@ def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Di
 
 
 def fill(
-    field: LightField,
+    field: "LightField",
     folder: Path,
     layers: Sequence[str],
     entries: Mapping[int, dict[str, Any]],

@@ -6,7 +6,8 @@ occlusion within its bounds will do (``lfssao.verify.bounds.view``).
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from typing import cast
+from functools import cache, partial
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -14,9 +15,11 @@ from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.depth import PositionBounds
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.bounds.view import ViewBounds
 from lfssao.verify.case import VIEW, Array, Arrays, Case
 from lfssao.verify.verdict import Judgement, Verdict, equal_bits, equal_values, judge_within
+
+if TYPE_CHECKING:
+    from lfssao.verify.bounds.view import ViewBounds
 
 Find = Callable[[str], Bounds | PositionBounds | None]
 
@@ -50,8 +53,8 @@ def judging(
     main, *steps = case.outputs
     order, find = [*steps, main], cast(Find, case.bounds.get)
     if case.stage == VIEW:
-        known = _own(mine, case), case.outputs, case.bounds, stored
-        order, find = list(case.outputs), ViewBounds(case.parameters, inputs_of(mine, case), chosen, *known).find
+        bounds = cache(partial(_bounds_of, mine, case, chosen, stored))
+        order, find = list(case.outputs), lambda name: bounds().find(name)
 
     def found(name: str) -> Bounds | PositionBounds | None:
         allowed = find(name)
@@ -62,6 +65,13 @@ def judging(
     for name in order:
         if names is None or name in names:
             yield name, _judge_output(name, mine, case, found)
+
+
+def _bounds_of(mine: Arrays, case: Case, model: ErrorModel, stored: Mapping[str, Stored]) -> "ViewBounds":
+    from lfssao.verify.bounds.view import ViewBounds  # late: textures of equal bits need no intervals
+
+    known = _own(mine, case), case.outputs, case.bounds, stored
+    return ViewBounds(case.parameters, inputs_of(mine, case), model, *known)
 
 
 def inputs_of(mine: Arrays, case: Case) -> dict[str, Array]:

@@ -41,6 +41,9 @@ class Verdict(Enum):
         return self.title.partition(" the ")[0]
 
 
+WRONG = (Verdict.OUTSIDE, Verdict.DIFFERENT)  # verdicts on textures that could be compared, and do not conform
+
+
 @dataclass(frozen=True, eq=False)
 class Judgement:
     """A verdict and the numbers that it rests on.

@@ -2,44 +2,39 @@
 
 import json
 import operator
-import sys
 from dataclasses import replace
 from fractions import Fraction
 from types import SimpleNamespace
 
 import mpmath
 import numpy as np
-import planted_estimator
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from reference import kit, textbook
 
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator, of_one_view
-from lfssao.ao.formulas import float_view, words_of
 from lfssao.ao.moments import moment_pyramid
 from lfssao.ao.post import blur
 from lfssao.ao.ssao import algorithm2
-from lfssao.ao.textures import Buffers
 from lfssao.bench.stability import conditions, measure, occlusions, scalar_cases
 from lfssao.bench.stability.cases import CASES
 from lfssao.bench.stability.conditions import FEW
 from lfssao.bench.stability.exact import Formulas
-from lfssao.bench.stability.inputs import UNCHANGED, along_rays, display, general_view, near, scene
-from lfssao.bench.stability.measure import PATHS, Exact, Measured, Stiff
-from lfssao.bench.stability.occlusions import OCCLUSIONS
+from lfssao.bench.stability.inputs import along_rays, near, scene
+from lfssao.bench.stability.measure import PATHS, Measured
+from lfssao.bench.stability.occlusions import OCCLUSIONS, SAMPLED, SAMPLING
 from lfssao.bench.stability.table import BROKEN, DEGRADED, LACKING, REFUSED, WITHIN, Case, Lack, Refusal
 from lfssao.bench.stability.tracked import Arithmetic, Doubt, in_doubt
 from lfssao.cli.main import main
 from lfssao.core.numbers import larger, power, select, smaller, smoothstep
 from lfssao.optics.display_file import find_display
-from lfssao.optics.kernels.projection import DISPLAY, land
-from lfssao.verify.bounds.points import point_bounds
-from lfssao.verify.kit.views import described, view_numbers
+from lfssao.optics.kernels.projection import land
 
 FORMULAS = tuple(name for name in ESTIMATORS if find_estimator(name).reads_texels)
+FILTERED = tuple(name for name in ESTIMATORS if find_estimator(name).filtered)
+EXACT = (*FORMULAS, *FILTERED, *SAMPLED)
 HAVE = {"epsilon": ("alchemy", "sao", "sao-equation-1"), "passes": ("sao", "sao-equation-1"),
-        **dict.fromkeys(OCCLUSIONS, FORMULAS)}  # fmt: skip
+        **{name: SAMPLED if name.startswith(SAMPLING) else (*FORMULAS, *FILTERED) for name in OCCLUSIONS}}  # fmt: skip
 LONG = ("near the lens", "near the observers", "blur", *OCCLUSIONS)
 MEASURED = [
     pytest.param(case, id=case.name, marks=pytest.mark.slow if case.name in LONG else ())
@@ -65,7 +60,7 @@ def test_every_row_is_what_its_case_states(case):
     else:
         assert {row.path for row in rows} == set(HAVE.get(case.name, of_one_view()))
         assert named <= degraded
-        assert degraded or case.stated[""] == FEW
+        assert degraded or case.stated.get("", FEW) == FEW
 
 
 @pytest.mark.parametrize("case", [c for c in CASES if isinstance(c, Refusal)], ids=lambda c: f"{c.name}, {c.text}")
@@ -76,7 +71,7 @@ def test_what_cannot_be_served_is_refused(case):
 
 def test_estimators_without_exact_values_are_listed():
     lacks = [case for case in CASES if isinstance(case, Lack)]
-    assert {"lf", *FORMULAS, *(lack.path for lack in lacks)} == set(of_one_view())
+    assert {"lf", *FORMULAS, *FILTERED, *(lack.path for lack in lacks)} == set(of_one_view())
     assert [row.verdict for lack in lacks for row in lack.rows()] == [LACKING] * len(lacks)
 
 
@@ -226,14 +221,14 @@ def test_a_wrong_function_breaks_a_row_nearly_everywhere(monkeypatch, name):
     assert found.exceeded > 0.8 * found.decisions
 
 
-@pytest.mark.parametrize("name", FORMULAS)
+@pytest.mark.parametrize("name", EXACT)
 def test_a_wrong_formula_of_an_estimator_breaks_a_row(monkeypatch, name):
     monkeypatch.setattr(occlusions, "_TERMS", 128)
-    textures = conditions.seen("perspective")
+    textures = conditions.seen("linear" if name in FILTERED else "perspective")
     radius = 8 * conditions.texel_size(textures)
     right = occlusions.compare(name, textures, radius, "float32")
     assert right.exceeded == right.undecided == 0
-    assert right.bound < 1e-5
+    assert right.bound < (1e-3 if name in FILTERED else 1e-5)  # theirs cancels
     monkeypatch.setattr(Formulas, "of", steeper)
     assert occlusions.compare(name, textures, radius, "float32").exceeded > 0  # where there is occlusion
 
@@ -289,102 +284,3 @@ def test_the_command_prints_what_is_degraded_and_writes_the_files(tmp_path, caps
     assert line[head.index("verdict") :].startswith(f"{BROKEN}: it was served")
     assert main(["bench", "stability", "--plot", "a.txt"]) == 2
     assert "--plot: a.txt does not end in" in capsys.readouterr().err
-
-
-# Exact values
-
-
-def exact_image(view, point):
-    """U, v and z of a point; None outside the domain."""
-    case = Stiff(view, np.array(point).reshape(1, 1, 3), np.zeros(3), np.zeros((1, 1), np.float32))
-    (u, v, in_domain), z = Exact(case, Arithmetic()).image((0, 0))
-    return [float(number.value) for number in (u, v, z)] if in_domain else None
-
-
-@pytest.mark.parametrize("kind", ["convex", "picoarray", "linear", "conical"])
-def test_exact_images_are_those_of_the_textbook(kind):
-    """With and without distortion of the lens, of points between observers and lens; outside there is no image."""
-    given = replace(display(), diffuser=kind) if kind in ("linear", "conical") else find_display(kind)
-    distorted = replace(given, modules=(replace(given.modules[0], k1=-0.05, k2=0.01),))
-    for view in (general_view(distorted, 0), *([given.view(0, UNCHANGED)] if kind == "linear" else [])):
-        shown_by = distorted if view.world_to_image.kind == DISPLAY else given
-        d, (low, high) = shown_by.module_numbers(0), np.array(given.roi)
-        points = np.random.default_rng(3).uniform(low, high, (20, 3))
-        exact = [exact_image(view, point) for point in points]
-        seen = [(image, point) for image, point in zip(exact, points, strict=True) if image is not None]
-        assert len(seen) >= 10
-        for image, point in seen:
-            right = textbook.image(d[:3], d[3:5], tuple(d[5:7]), d[7] != 0, d[8:17], d[17:22], point)
-            assert image[:2] == pytest.approx(right, abs=1e-9)
-        for beyond in (given.modules[0].z + 0.1, given.observer_z - 0.1):
-            assert exact_image(view, (0.0, 0.0, beyond)) is None
-
-
-SMALL, SAMPLES = (12, 9), 6
-
-
-def buffers_of(kind, dtype, turning, **how):
-    made = conditions.seen(kind, size=SMALL, **how)
-    arrays = (each.astype(dtype) for each in (made.depth, made.positions, made.normals))
-    buffers = Buffers(made.view, *arrays)
-    return buffers.turned("hash") if turning else buffers
-
-
-def exact_occlusion(name, buffers, radius):
-    """Exact occlusion of each texel that shows a surface, by number."""
-    estimator, dtype = find_estimator(name), buffers.depth.dtype
-    numbers = estimator.formulas(buffers, radius, *estimator.default_samples(SAMPLES), estimator.options())
-    view = float_view(buffers, words_of(numbers))
-    formulas = Formulas.of(view, numbers, len(buffers.depth), Arithmetic.of(dtype))
-    return {texel: formulas.occlusion(texel) for texel in np.flatnonzero(np.isfinite(buffers.depth))[::7].tolist()}
-
-
-@pytest.mark.parametrize("kind", conditions.VIEWS)
-@pytest.mark.parametrize("name", FORMULAS)
-def test_exact_occlusion_is_that_of_the_textbook(name, kind):
-    """In float64 by an independent reader of the specification; samples turn from texel to texel."""
-    buffers, estimator = buffers_of(kind, np.float64, True), find_estimator(name)
-    radius = 5 * conditions.texel_size(buffers)
-    points, weights = estimator.default_samples(SAMPLES)
-    given = {"points": points, "weights": weights, "turns": buffers.turns, "directions": buffers.directions}
-    inputs = {name: array for name, array in given.items() if array is not None}
-    inputs |= {name: getattr(buffers, name) for name in ("depth", "positions", "normals")}
-    parameters = {
-        "estimator": name,
-        "radius": radius,
-        "options": estimator.parameters,
-        "mapping": described(buffers.view.world_to_image),
-        "viewer_distance": buffers.view.viewer_distance().tolist(),
-        "view": view_numbers(buffers.view),
-    }
-    right = kit.solve("estimator", parameters, inputs)["occlusion"].ravel()
-    exact = exact_occlusion(name, buffers, radius)
-    for texel, made in exact.items():
-        assert float(made.value) == pytest.approx(right[texel], abs=1e-12)
-    assert any(made.value > 0.01 for made in exact.values())
-
-
-@pytest.mark.parametrize("kind", conditions.VIEWS)
-@pytest.mark.parametrize("name", FORMULAS)
-def test_exact_occlusion_lies_inside_the_intervals(name, kind):
-    estimator = find_estimator(name)
-    for surface, texels in (("hills", 3.0), ("hills", 2.0**-8), ("planes an ulp apart", 2.0)):
-        buffers = buffers_of(kind, np.float32, estimator.turns, surface=surface)
-        radius = float(np.float32(texels * conditions.texel_size(buffers)))
-        samples = estimator.default_samples(SAMPLES)
-        bounds = point_bounds(name, buffers, radius, *samples, estimator.parameters)
-        for texel, made in exact_occlusion(name, buffers, radius).items():
-            low, high = (np.nextafter(end.flat[texel], np.float32(way), dtype=np.float32)
-                         for end, way in ((bounds.lower, -np.inf), (bounds.upper, np.inf)))  # fmt: skip
-            assert float(low) <= made.value <= float(high)
-
-
-def test_a_new_estimator_gets_rows_by_its_row_in_the_registry(monkeypatch):
-    monkeypatch.setitem(sys.modules, "lfssao.ao.estimators.planted", planted_estimator)
-    monkeypatch.setitem(ESTIMATORS.data, "crytek-sphere", "planted")
-    monkeypatch.setattr("lfssao.core.jit._Cache.save_overload", lambda *_: None)  # other processes know no such type
-    inputs = [(text, run) for name, text, run in occlusions.occlusions() if "float32" in name and "2^2" in text]
-    rows = list(Case("", "", inputs, {"": (np.inf, "")}, ("crytek-sphere",)).rows())
-    assert {row.verdict for row in rows} <= {WITHIN, DEGRADED}
-    assert len(rows) == 2 * len(conditions.VIEWS)
-    assert max(row.measured.error for row in rows) > 0

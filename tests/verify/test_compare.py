@@ -19,15 +19,16 @@ from compare_folders import (
     verdicts,
     with_entry,
 )
-from jobs import manifest_of, render
+from jobs import manifest_of, python, render
 
 import lfssao
+from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.errors import InputError
 from lfssao.optics.view import KINDS, WorldToImage
 from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.samples import texel_turns
 from lfssao.verify.bounds import bounds, post, ssao
-from lfssao.verify.bounds.points import BOUNDED
+from lfssao.verify.bounds.registry import BOUNDED
 from lfssao.verify.kit.folder import read_case, read_kit
 from lfssao.verify.verdict import Verdict
 
@@ -44,6 +45,20 @@ def test_a_folder_conforms_to_itself(capsys, reference):
     assert set(verdicts(report)) == {(module, layer) for module in MODULES for layer in LAYERS}
     assert not different(report)
     assert all(r.metrics.differing == r.metrics.max_ulp == 0 and r.metrics.ssim == 1 for r in report.results)
+
+
+def test_what_conforms_imports_neither_intervals_nor_the_search(reference):
+    """Nor pages and other estimators; bounds of other estimators come without those of estimators that they are not."""
+    script = "import sys, lfssao.cli.main; assert lfssao.cli.main.main(sys.argv[1:]) == 0; print(*sys.modules)"
+    loaded = [name for name in python("-c", script, "compare", reference, reference).stdout.split() if "lfssao" in name]
+    late = "bounds.view bounds.points bounds.post bounds.sao diagnosis compare.diagnoser compare.reasons compare.page"
+    assert "lfssao.verify.compare.report" in loaded
+    assert not [name for name in loaded if name.startswith(tuple(f"lfssao.verify.{room}" for room in late.split()))]
+    assert len(loaded) < 140
+    bounded = python("-c", "import sys, lfssao.verify.bounds.points; print(*sys.modules)").stdout.split()
+    own = {f"lfssao.verify.bounds.{name}" for name in BOUNDED.values()}
+    families = {f"lfssao.ao.estimators.{ESTIMATORS.data[name]}" for name in ESTIMATORS}
+    assert not (own | families) & set(bounded)
 
 
 def test_the_camera_with_a_guard_band_conforms_to_itself(tmp_path):

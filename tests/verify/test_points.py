@@ -17,9 +17,10 @@ from lfssao.samples import make_samples
 from lfssao.verify.bounds.error_model import MODELS, find_model
 from lfssao.verify.bounds.explain import terms
 from lfssao.verify.bounds.kernels.images import map_positions
-from lfssao.verify.bounds.points import has_bounds, point_bounds, terms_of
+from lfssao.verify.bounds.kernels.sums import LIMITLESS
+from lfssao.verify.bounds.points import point_bounds, terms_of
 from lfssao.verify.bounds.problem import Problem
-from lfssao.verify.bounds.sao import LIMITLESS
+from lfssao.verify.bounds.registry import has_bounds
 from lfssao.verify.bounds.view import occlusion_bounds
 from lfssao.verify.kit.views import view_numbers
 

@@ -23,7 +23,7 @@ import numpy as np
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, option
 from lfssao.ao.estimators.look_ups import LookUps
 from lfssao.ao.estimators.vo.local_frame import EDGE_ON, TILE, disk_mirrors
-from lfssao.ao.formulas import fold_formulas
+from lfssao.ao.formulas import ZENITH, fold_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
 from lfssao.core.numbers import (
@@ -40,7 +40,6 @@ from lfssao.core.numbers import (
 from lfssao.core.quotients import divided, over
 from lfssao.core.vectors import cross, dot
 
-ZENITH = 1.0 + 2.0**-16  # no sine is larger, rounded or not
 # Turn, reflection and place on the disk may be applied in any order: no term is rounded more than 21 times on its way
 # into a row, and those of the row, 10, count twice where terms cancel.
 ORDERS = 40

@@ -12,7 +12,6 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numba.core.errors import NumbaError
 
 from lfssao.ao.estimators.estimator import Estimator
 from lfssao.ao.estimators.look_ups import with_cleared
@@ -24,7 +23,7 @@ from lfssao.errors import InputError, LfssaoError
 from lfssao.optics.camera import Camera
 
 _NOT_COMPILED = "it cannot be compiled: a formula takes numbers, and words of `lfssao.core.numbers`"
-# What numba says of a line that it cannot compile, and what that means.
+# Sentences of numba about a line that it cannot compile, and their meaning.
 _REASONS = (
     (r"Unknown attribute '(\w+)' of type", "nothing here has '{}': `lfssao.ao.formulas.Seen` lists the words of views"),
     (r"(?:name|global name) '(\w+)' is not defined", "'{}' is not defined"),
@@ -111,14 +110,11 @@ def mistakes_in(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: {error}") from None
     except SyntaxError as error:
         raise InputError(f"{path}, line {error.lineno}: {error.msg}") from None
-    except NumbaError as error:
-        lines, said = re.findall(rf'File "[^"]*{re.escape(path.name)}", line (\d+)', str(error)), str(error)
-        reasons = (words.format(*found.groups()) for text, words in _REASONS if (found := re.search(text, said)))
-        reason = next(reasons, _NOT_COMPILED)
-        raise InputError(f"{path}{f', line {lines[0]}' if lines else ''}: {reason}") from None
     except Exception as error:
         frames = [each for each in traceback.extract_tb(error.__traceback__) if each.filename == str(path)]
-        if not frames:  # within numba
-            raise InputError(f"{path}: {_NOT_COMPILED}") from None
-        said = f"{type(error).__name__}: {' '.join(str(error).split()):.160}"
-        raise InputError(f"{path}, line {frames[-1].lineno}: {said}") from None
+        if frames:
+            said = f"{type(error).__name__}: {' '.join(str(error).split()):.160}"
+            raise InputError(f"{path}, line {frames[-1].lineno}: {said}") from None
+        lines = re.findall(rf'File "[^"]*{re.escape(path.name)}", line (\d+)', str(error))  # of numba
+        reasons = (words.format(*found.groups()) for text, words in _REASONS if (found := re.search(text, str(error))))
+        raise InputError(f"{path}{f', line {lines[0]}' if lines else ''}: {next(reasons, _NOT_COMPILED)}") from None

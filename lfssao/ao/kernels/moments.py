@@ -9,11 +9,12 @@ right and below, so that no filter and no look-up has to ask where the texture e
 Level l has ceil(W / 2^l) x ceil(H / 2^l) texels.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lfssao.core.jit import kernel
+from lfssao.core.numbers import formula
 
 BEFORE, BORDER = 1, 3
 
@@ -66,7 +67,7 @@ def write_half(begin, stop, moments, source, width, high, target, outer, inner):
             numbers[np.uint64(place + i)] = (total + inner * sums[2, i]) + outer * sums[3, i]
 
 
-@kernel(inline=True)
+@formula
 def look_up(pyramid, level, u, v):
     """Fraction and moments of a level at image point (u, v), linearly between four texels: columns first, then rows."""
     numbers, starts, pitches = pyramid.numbers, pyramid.starts, pyramid.pitches
@@ -87,9 +88,9 @@ def look_up(pyramid, level, u, v):
     return a0 + g * (b0 - a0), a1 + g * (b1 - a1), a2 + g * (b2 - a2)
 
 
-@kernel(inline=True)
-def filtered_moments(pyramid, level, u, v):
-    """Fraction that sees a surface and its moments, float64, at a level and image point.
+@formula
+def filtered_moments(pyramid: Any, level: Any, u: Any, v: Any) -> Any:
+    """Return the fraction that sees a surface and its moments, float64, at a level and image point.
 
     The level is held between 0 and the coarsest; between two levels fine + part (coarse - fine).
     """

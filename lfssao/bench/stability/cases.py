@@ -14,7 +14,7 @@ from lfssao.bench.stability import scalar_cases
 from lfssao.bench.stability.conditions import CONDITIONS, conditions
 from lfssao.bench.stability.inputs import mapped
 from lfssao.bench.stability.measure import PATHS
-from lfssao.bench.stability.occlusions import OCCLUSIONS, occlusions
+from lfssao.bench.stability.occlusions import OCCLUSIONS, SAMPLED, occlusions
 from lfssao.bench.stability.table import Case, Inputs, Lack, Refusal, Stated
 from lfssao.optics.display import Display, Module
 from lfssao.optics.display_file import find_display
@@ -136,8 +136,9 @@ def _cases() -> Iterator[Case]:
 def _lacking() -> Iterator[Lack]:
     """Estimators that have no formulas of texels; decisions of ``lf`` are those of the cases of a mapping."""
     for name, estimator in of_one_view().items():
-        if name != "lf" and not estimator.reads_texels:
-            yield Lack("formulas", name, "not written as formulas of texels")
+        if name != "lf" and estimator.formulas is None:
+            behind = "behind its sampling pass: the 2x2 average, the bytes and the bilateral passes are kernels"
+            yield Lack("formulas", name, behind if name in SAMPLED else "not written as formulas of texels")
 
 
 CASES: tuple[Case | Lack | Refusal, ...] = (*_cases(), *_lacking(), *REFUSALS)

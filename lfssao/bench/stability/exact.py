@@ -4,28 +4,34 @@ The numbers are those of ``tracked``, the text is that of the kernels, whose wor
 the drivers of sums and of steps, and the look-up: an image point may lie in all texels that its error reaches.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial, reduce
 from itertools import product
-from math import floor, inf
+from math import ceil, floor, inf
 from operator import add
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.kernels.float_view import FloatView
-from lfssao.bench.stability.tracked import Arithmetic, Tracked, holds, hull, in_doubt
-from lfssao.core.numbers import select
+from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
+from lfssao.ao.kernels.float_view import FloatView, shown
+from lfssao.ao.kernels.levels import level_texel, mip_level
+from lfssao.ao.kernels.moments import Pyramid, filtered_moments
+from lfssao.bench.stability.tracked import DOUBLE, Arithmetic, Doubt, Tracked, holds, hull, in_doubt
+from lfssao.core.numbers import select, where_none
 from lfssao.core.places import Rows
 from lfssao.optics.kernels.display import display_module, display_to_image
 from lfssao.optics.kernels.projection import DISPLAY, image_of
+from lfssao.samples.kernels.spiral import summed_angle, unit_of
 
 OUTSIDE = None  # in place of a texel's number: there is no image, or it lies beside the texture
 Image = tuple[Tracked, Tracked, Any]  # u, v, and whether the mapping is defined there: a bool or a doubt
 
+FAR = 2**21  # texels, beyond which samples read the level of this distance
+_CLOSE = 0.5  # texels, or levels, by which places of moments may be off; beyond, nothing is known
 _MOST = 32  # texels that an image point may lie in; of more nothing is known
 
 
@@ -46,15 +52,95 @@ class _Table:
 def lifted(numbers: Any, work: Arithmetic) -> Any:
     """Return a named tuple whose floats, and those of its arrays, are numbers of an arithmetic.
 
-    Depths stay, and an infinity, by which a tuple says that there is no limit.
+    Depths and levels stay, and an infinity, by which a tuple says that there is no limit.
     """
 
     def lift(name: str, x: Any) -> Any:
         if isinstance(x, np.ndarray) and name != "depth":
             return _Table(x, work)
+        if isinstance(x, TexelRays):
+            return lifted(x, work)
+        if isinstance(x, Pyramid):
+            table: Any = _Table(x.numbers, DOUBLE if work.unit else work)
+            return x._replace(numbers=table)
         return work.given(x) if isinstance(x, np.floating) and np.isfinite(x) else x
 
-    return type(numbers)(*(lift(name, x) for name, x in zip(numbers._fields, numbers, strict=True)))
+    made = _View if isinstance(numbers, FloatView) else type(numbers)
+    return made(*(lift(name, x) for name, x in zip(numbers._fields, numbers, strict=True)))
+
+
+class _View(FloatView):
+    """A view of numbers of an arithmetic, with words of its own for what kernels look up by whole numbers."""
+
+    def row(self, texel: Any) -> int:
+        return int(texel) // self.width
+
+    def column(self, texel: Any) -> int:
+        return int(texel) % self.width
+
+    def hashed_turn(self, at: Any, angle: Any) -> tuple[Tracked, Tracked]:
+        """The kernels' own: a sum in float32 is what it is in every arithmetic."""
+        sine, cosine = unit_of(summed_angle(*at, float(angle.value)))
+        return angle.arithmetic.given(cosine), angle.arithmetic.given(sine)
+
+    def image(self, place: Rows) -> Image:
+        return image(self.kind, self.lens, place, place.z)
+
+    def moments(self, seen: tuple[Tracked, Tracked], level: Tracked) -> tuple[Tracked, ...]:
+        """Those at the level and place rounded to float64, off by what they change where errors may move them.
+
+        Moments are linear in each of the three between places where a whole number of ``look_up`` changes, and are the
+        most and the least there or at the ends.
+        """
+        given, last = (level, *seen), len(self.moments_of.starts) - 1
+        exact = filtered_moments(self.moments_of, *(np.float64(float(x.value)) for x in given))
+        if not all(x.error < _CLOSE for x in given):
+            return tuple(Tracked(x.value, inf, x.arithmetic) for x in exact)
+        low, high = (min(max(floor(end), 0), last) for end in _ends_of(level))
+        around = range(low, min(high + 1, last) + 1)
+        ends = _places(level, range(last + 1)), *(_places(x, _middles(x, around)) for x in seen)
+        others = [filtered_moments(self.moments_of, *map(np.float64, corner)) for corner in product(*ends)]
+        return tuple(hull(x, [other[k] for other in others]) for k, x in enumerate(exact))
+
+    def coarse_z(self, seen: Any, h: Any, log_q: int) -> tuple[Tracked, Any]:
+        """The z of the level of a sample h texels away, off by what those of other levels differ that h may ask for."""
+        levels, work, off = self.levels, h.arithmetic, Fraction(min(h.error, float(FAR)))
+        place = partial(level_texel, levels.first, column=self.column(seen), row=self.row(seen), width=self.width)
+
+        def level_of(distance: Fraction) -> int:
+            held = max(Fraction(0), min(distance, Fraction(FAR)))
+            return int(mip_level(np.float64(floor(held)), np.int32(log_q), np.int32(len(levels.first) - 1)))
+
+        def z_of(level: int) -> float:
+            return float(levels.z[place(level=np.int32(level))])
+
+        exact = z_of(level_of(h.value))
+        others = [z_of(level) for level in range(level_of(h.value - off), level_of(h.value + off) + 1)]
+        there = np.bool_(exact < inf)
+        if any((z < inf) != there for z in others):
+            return Tracked(Fraction(exact if there else 0), inf, work), Doubt(bool(there), work)
+        if not there:
+            return Tracked(Fraction(0), inf, work), there
+        return hull(work.given(exact), [work.given(z) for z in others]), there
+
+
+def _ends_of(x: Tracked) -> tuple[float, float]:
+    """The least and the most that a number may be, its rounding to float64 included."""
+    off = x.error + 2.0**-51 * max(x.size, 1.0)
+    return float(x.value) - off, float(x.value) + off
+
+
+def _middles(x: Tracked, levels: Iterable[int]) -> Iterator[float]:
+    """The middles of texels of some levels among what a coordinate may be."""
+    low, high = _ends_of(x)
+    for size in (2.0**level for level in levels):
+        yield from ((m + 0.5) * size for m in range(ceil(low / size - 0.5), floor(high / size - 0.5) + 1))
+
+
+def _places(x: Tracked, kinks: Iterable[float]) -> list[float]:
+    """The ends of what a number may be, and the kinks between them."""
+    low, high = _ends_of(x)
+    return [low, *(kink for kink in kinks if low < kink < high), high]
 
 
 def image(kind: int, lens: Any, place: Rows, z: Tracked) -> Image:
@@ -134,13 +220,15 @@ class Formulas:
         for s in range(own.points.shape[0]):
             place = own.place(view, here, s)
             z = view.depth_at(place)
+            point = image(view.kind, view.lens, place, z)
 
-            def term(seen: int | None, s: int = s, z: Any = z) -> Sequence[Any]:
+            def term(seen: int | None, s: int = s, z: Any = z, at: Any = point[:2]) -> Sequence[Any]:
                 if seen is OUTSIDE:
                     return (0,)
-                return (own.term(view, here, s, z, texel, seen) if view.shows(seen) else own.background(),)
+                found = where_none(view.moments_of, seen, at)
+                return (own.term(view, here, s, z, texel, found) if shown.py_func(view, found) else own.background(),)
 
-            yield from self._look_up(image(view.kind, view.lens, place, z), term)
+            yield from self._look_up(point, term)
 
     def _rises(self, here: Any, texel: int) -> Iterator[Tracked]:
         """The numbers that a texel's steps add."""

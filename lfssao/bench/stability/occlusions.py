@@ -1,5 +1,7 @@
 """Occlusion of every estimator that is written as formulas, against its exact value by the same formulas.
 
+SAO's sampling pass is formulas, and A behind it is compared; the passes after that are kernels.
+
 Both are of the numbers that the kernels get, so that errors are those of the arithmetic alone; ``conditions`` has those
 of float32 textures. ``OCCLUSIONS`` says what is stated.
 """
@@ -7,26 +9,40 @@ of float32 textures. ``OCCLUSIONS`` says what is stated.
 from collections.abc import Callable
 from functools import partial
 from itertools import product
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lfssao.ao.estimators.registry import estimate, find_estimator
-from lfssao.ao.formulas import float_view, words_of
-from lfssao.ao.textures import Buffers
+from lfssao.ao.estimators.sao.estimator import sample, sampling_pass, scale_of
+from lfssao.ao.estimators.sao.sampling import visibility_of
+from lfssao.ao.estimators.sao.texel_rays import linear_z
+from lfssao.ao.formulas import cast_depth, float_view, words_of
+from lfssao.ao.moments import moment_pyramid
+from lfssao.ao.textures import Buffers, Texture
 from lfssao.bench.stability.conditions import VIEWS, at_corners, seen, texel_size
 from lfssao.bench.stability.exact import Formulas
 from lfssao.bench.stability.measure import FINE, PATHS, Measured, error_of
 from lfssao.bench.stability.table import Inputs, Stated
-from lfssao.bench.stability.tracked import Arithmetic
+from lfssao.bench.stability.tracked import Arithmetic, Tracked
 
 # Samples, and terms of a row, those of a few texels spread over the texture; of one where an estimator has as many.
 _SAMPLES, _TERMS = 8, 24
 
 
+SAMPLING = "sampling pass"
+SAMPLED = "sao", "sao-equation-1"  # estimators whose sampling pass alone is formulas
+
 _NEAR = "rounding may move a sample past a texel's edge or a surface"
-OCCLUSIONS: dict[str, tuple[str, Stated]] = {
-    f"occlusion in {path}": ("its own arithmetic, against exact numbers", {"": (np.inf, _NEAR)}) for path in PATHS
+_BOX = "M2 - M1^2 cancels: the box is as wide as the root of what is left, over R"
+_WHATS: dict[str, tuple[str, Stated]] = {
+    "occlusion": (
+        "its own arithmetic, against exact numbers",
+        {"": (np.inf, _NEAR), **dict.fromkeys(("vo-area", "vo-area-normal"), (np.inf, _BOX))},
+    ),
+    SAMPLING: ("its own arithmetic, against exact numbers: A before averages, bytes and bilateral passes", {}),
 }
+OCCLUSIONS = {f"{what} in {path}": stated for what, stated in _WHATS.items() for path in PATHS}
 
 # Textures of a view by name, and R, texels.
 _INPUTS: dict[str, tuple[Callable[[str], Buffers], float]] = {
@@ -37,43 +53,79 @@ _INPUTS: dict[str, tuple[Callable[[str], Buffers], float]] = {
         lambda kind: at_corners(kind, seen(kind, "a chessboard", 0.05)), 2.0**-12,
     ),
 }  # fmt: skip
+_WIDE = {"R = 2^5 texels": (seen, 32.0)}  # taps read levels of z
 
 
 def occlusions() -> Inputs:
     """Inputs of all cases: the name, a text, and a function that runs an estimator by name."""
-    for path, kind, text in product(PATHS, VIEWS, _INPUTS):
-        yield f"occlusion in {path}", f"{kind}, {text}", partial(_measured, path, kind, text)
+    for what, inputs in (("occlusion", _INPUTS), (SAMPLING, _INPUTS | _WIDE)):
+        for path, kind, text in product(PATHS, VIEWS, inputs):
+            yield f"{what} in {path}", f"{kind}, {text}", partial(_measured, what, path, kind, *inputs[text])
 
 
-def _measured(path: str, kind: str, text: str, name: str) -> Measured | None:
-    """Measure an estimator's occlusion on an input; None if it has no formulas of texels."""
-    if not find_estimator(name).reads_texels:
+def _measured(
+    what: str, path: str, kind: str, make: Callable[[str], Buffers], texels: float, name: str
+) -> Measured | None:
+    """Measure an estimator's occlusion on an input; None if it is another that a row of this name is of."""
+    if not (name in SAMPLED if what == SAMPLING else find_estimator(name).formulas):
         return None
-    textures, texels = _INPUTS[text][0](kind), _INPUTS[text][1]
+    textures = make(kind)
     return compare(name, textures, texels * texel_size(textures), path)
 
 
 def compare(name: str, textures: Buffers, radius: float, path: str) -> Measured:
     """Measure occlusion in 'float32' or 'float64' against the exact one, of some texels; ulp are those of 1.
 
-    Decisions are texels, flipped where the error is more than ``FINE``, and undecided where its bound is.
+    It is A before averaging of ``SAMPLED``. Decisions are texels, flipped where the error is more than ``FINE``, and
+    undecided where its bound is.
     """
     estimator, dtype = find_estimator(name), np.dtype(path)
     arrays = textures.depth, textures.positions, textures.normals
     buffers = Buffers(textures.view, *(array.astype(dtype) for array in arrays if array is not None))
     turned = buffers if estimator.rotation == "none" else buffers.turned(estimator.rotation)
-    assert estimator.formulas is not None
-    samples = estimator.default_samples(min(estimator.count, _SAMPLES))
-    numbers = estimator.formulas(turned, radius, *samples, estimator.options())
-    made = estimate(name, turned, radius, *samples, "radii").texture.ravel()
-    view = float_view(turned, words_of(numbers), estimator.options())
-    formulas = Formulas.of(view, numbers, len(turned.depth), Arithmetic.of(dtype))
-    there = np.flatnonzero(view.depth < np.inf)
-    count = max(1, _TERMS // (numbers.points.shape[0] * getattr(numbers, "steps", 1)))
+    made = made_by(name, turned, radius, min(estimator.count, _SAMPLES), estimator.options())
+    ours, there = made.texture.ravel(), np.flatnonzero(made.depth < np.inf)
+    count = max(1, _TERMS // (made.numbers.points.shape[0] * getattr(made.numbers, "steps", 1)))
     texels = there[(np.arange(count) * 2 + 1) * len(there) // (2 * count)]
-    exact = [formulas.occlusion(int(texel)) for texel in texels]
-    errors, ulps = zip(*(error_of(made[t], x.value, dtype) for t, x in zip(texels, exact, strict=True)), strict=True)
+    exact = [made.exact(int(texel)) for texel in texels]
+    errors, ulps = zip(*(error_of(ours[t], x.value, dtype) for t, x in zip(texels, exact, strict=True)), strict=True)
     bounds = [x.error for x in exact]
     exceeded = sum(not error <= bound for error, bound in zip(errors, bounds, strict=True))
     flipped, undecided = (sum(not off <= FINE for off in offs) for offs in (errors, bounds))
     return Measured(None, max(ulps), max(errors), max(bounds), exceeded, flipped, undecided, count)
+
+
+class Made(NamedTuple):
+    """A texture that kernels make, and its exact value."""
+
+    texture: Texture  # (H, W)
+    depth: Texture  # (H * W,), +infinity where there is no surface
+    numbers: Any  # the formulas' own, ``Summed`` or ``Folded``
+    exact: Callable[[int], Tracked]  # of a texel that shows a surface
+
+
+def made_by(name: str, buffers: Buffers, radius: float, count: int, options: Any) -> Made:
+    """Return an estimator's occlusion by ``count`` samples; of ``SAMPLED`` A before averaging, by all of their taps.
+
+    A's exact value is of the points, normals and levels of z that the kernels make before the sampling pass.
+    """
+    estimator, work = find_estimator(name), Arithmetic.of(buffers.depth.dtype)
+    if name in SAMPLED:
+        z = linear_z(buffers)
+        view, numbers = sampling_pass(buffers, z, radius, options)
+        made, scale = sample(buffers, z, radius, options)[0], work.given(scale_of(options, z.dtype))
+    else:
+        assert estimator.formulas is not None
+        samples = estimator.default_samples(count)
+        numbers = estimator.formulas(buffers, radius, *samples, options)
+        view, scale = float_view(buffers, words_of(numbers), options), None
+        if estimator.filtered:
+            view = view._replace(moments_of=moment_pyramid(cast_depth(buffers), options.prefilter))
+        made = estimate(name, buffers, radius, *samples, "radii", **vars(options)).texture
+    formulas = Formulas.of(view, numbers, len(buffers.depth), work)
+
+    def exact(texel: int) -> Tracked:
+        found = formulas.occlusion(texel)
+        return found if scale is None else work.given(0) + visibility_of(scale, found)
+
+    return Made(made, view.depth, numbers, exact)

@@ -4,11 +4,11 @@
 value and the bound (running error analysis).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from math import inf, isfinite, isqrt, log2
+from math import floor, inf, isfinite, isqrt, log, log1p, log2, trunc
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import DTypeLike
 _PLAIN = int, float, np.number  # types of plain numbers
 _BITS = 2048  # of a denominator; a value of more is off by up to 2^-1100 of itself, which no bound counts
 _KEPT = 1101
+_NORMAL = Fraction(1, 2**1022)  # the smallest
 _ROOT = 300  # bits of a root's value
 # More than the dozen float64 operations of a bound can have rounded away.
 _SAFETY = 1.0 + 2.0**-40
@@ -163,6 +164,44 @@ class Tracked:
         value = Fraction(isqrt((n << 2 * k) // d), 1 << k)
         within = self.size > self.error
         return self.arithmetic.number(value, self.error / float(value) if within else inf)
+
+    def number(self, x: Any) -> Any:
+        """A number of another arithmetic in this one's; plain ones stay (``lfssao.core.numbers.number``)."""
+        same = not isinstance(x, Tracked) or x.arithmetic == self.arithmetic
+        return x if same else self.arithmetic.rounded(x)
+
+    def double(self) -> "Tracked":
+        """The same in float64; exact arithmetic stays."""
+        return DOUBLE.rounded(self) if self.arithmetic.unit > DOUBLE.unit else self
+
+    def is_number(self) -> Any:
+        """Whether it is none that may be NaN."""
+        return np.True_ if self.error < inf else Doubt(True, self.arithmetic)
+
+    def log2(self) -> "Tracked":
+        """The binary logarithm, rounded once, its value to 60 digits; -1022 below the normal numbers."""
+        if not self.value >= _NORMAL:
+            return Tracked(Fraction(-1022), inf if self.error else 0.0, self.arithmetic)
+        with localcontext(prec=64):
+            value = Fraction((Decimal(self.value.numerator) / Decimal(self.value.denominator)).ln() / Decimal(2).ln())
+        if not self.error < self.size:
+            return Tracked(value, inf, self.arithmetic)
+        off = -log1p(-self.error / self.size) / log(2) * _SAFETY
+        return self.arithmetic.number(value, off + 2.0**-50 * max(abs(float(value)), 1.0) * (self.arithmetic.unit > 0))
+
+    def __floor__(self) -> "Tracked":
+        return self._whole(floor)
+
+    def __trunc__(self) -> "Tracked":
+        return self._whole(trunc)
+
+    def _whole(self, cut: Callable[[Fraction], int]) -> "Tracked":
+        """A whole number made of it by a function that grows with it."""
+        value, error = cut(self.value), self.error
+        if error < inf:
+            ends = (cut(self.value + sign * Fraction(error)) for sign in (-1, 1))
+            error = float(max(abs(end - value) for end in ends))
+        return self.arithmetic.number(Fraction(value), error)
 
     def __lt__(self, other: Any) -> Any:
         """Whether it is less than another."""

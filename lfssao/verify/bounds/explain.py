@@ -12,8 +12,7 @@ from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds.bounds import Texture
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
 from lfssao.verify.bounds.kernels.point_bounds import trace_samples
-from lfssao.verify.bounds.kernels.sums import OPEN
-from lfssao.verify.bounds.sao import LIMITLESS
+from lfssao.verify.bounds.kernels.sums import LIMITLESS, OPEN
 from lfssao.verify.bounds.ssao import sample_points, seen_by, with_depths
 
 _NONE = 2.0**-64  # a term below it is none but for numbers that are flushed to zero

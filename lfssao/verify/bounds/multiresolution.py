@@ -10,10 +10,10 @@ from lfssao.ao.estimators.multiresolution import MultiresolutionOptions, level_p
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.core.balls import SAFETY
 from lfssao.verify.bounds.bounds import Bounds, down_to_single, up_to_single
+from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.kernels.multiresolution_bounds import bound_level, bound_refined
 from lfssao.verify.bounds.post import union_ends
 from lfssao.verify.bounds.problem import Problem
-from lfssao.verify.bounds.sao import summing_error
 from lfssao.verify.bounds.ssao import single
 
 _SQUARES = 2.0**-126, 2.0**126  # between which a renderer's R^2 is a number of full precision
@@ -38,7 +38,7 @@ def multiresolution(given: Problem, radius: float) -> Bounds | None:
     places, facing = (single(texture).reshape(-1, 3) for texture in (given.seen.positions, given.seen.normals))
     levels, reach = level_pyramid(given.seen.depth, options.levels), float(single(radius))
     taps = (2 * options.kernel + 1) ** 2 - 1
-    relative = summing_error(taps, model) + model.quotient * SAFETY
+    relative = _summing_error(taps, model) + model.quotient * SAFETY
     carried = np.empty((2, 2, 0, 0))
     for k in reversed(range(options.levels)):
         coarser, level = carried, levels[k]
@@ -57,3 +57,8 @@ def multiresolution(given: Problem, radius: float) -> Bounds | None:
         made = union_ends(most, mean, model)
     low, high = np.clip(made, 0, 1)
     return Bounds(up_to_single(low), down_to_single(high), undecided)
+
+
+def _summing_error(n: int, model: ErrorModel) -> float:
+    """Relative error of a sum of n terms, none negative, added in any order."""
+    return (n - 1) * model.operation * (1 + (n - 1) * model.operation) * SAFETY

@@ -11,13 +11,14 @@ Terms of ``vo-area`` on displays are made of filtered textures (``kernels.moment
 
 from collections.abc import Callable
 from functools import partial
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.horizon import ZENITH
-from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
+from lfssao.ao.estimators.registry import find_estimator
+from lfssao.ao.formulas import ZENITH
 from lfssao.ao.textures import Buffers
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, up_to_single
@@ -25,12 +26,10 @@ from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels.ball_view import BallView
 from lfssao.verify.bounds.kernels.folds import bound_folds
 from lfssao.verify.bounds.kernels.seen import Seen
-from lfssao.verify.bounds.kernels.sums import NO_STORY, bound_sums, end_sums
-from lfssao.verify.bounds.multiresolution import multiresolution
-from lfssao.verify.bounds.neighbours import neighbours
+from lfssao.verify.bounds.kernels.sums import LIMITLESS, NO_STORY, bound_sums, end_sums
 from lfssao.verify.bounds.post import merge_bounds, union_ends
 from lfssao.verify.bounds.problem import Options, Problem, Weights, held, view_of_formulas
-from lfssao.verify.bounds.sao import LIMITLESS, sao
+from lfssao.verify.bounds.registry import BOUNDED, has_bounds
 
 
 def point_bounds(
@@ -52,12 +51,11 @@ def point_bounds(
         return None
     samples = np.asarray([] if points is None else points, np.float64)
     given = Problem(seen, samples, weights, options, find_model(model))
-    return BOUNDED[name](given, radius) if name in BOUNDED else _formulas(given, radius, name=name)
-
-
-def has_bounds(name: str) -> bool:
-    """Whether intervals of an estimator other than ``lf`` are known: of all that are written as formulas."""
-    return name in BOUNDED or (name in ESTIMATORS and find_estimator(name).formulas is not None)
+    if name in BOUNDED:
+        file = import_module(f"lfssao.verify.bounds.{BOUNDED[name]}")
+        found: Bounds | None = getattr(file, BOUNDED[name])(given, radius)
+        return found
+    return _OF_RADII[name](given, radius) if name in _OF_RADII else _formulas(given, radius, name=name)
 
 
 def terms_of(given: Problem, radius: float, name: str) -> Callable[[int, int], FloatArray]:
@@ -151,16 +149,12 @@ _TERMS = {
     "hbao": (2 * ZENITH, True),
 }
 
-# Estimators whose intervals are not those of their formulas alone.
-BOUNDED: dict[str, Callable[[Problem, float], Bounds | None]] = {
+# Estimators whose intervals are not those of their formulas at one radius.
+_OF_RADII: dict[str, Callable[[Problem, float], Bounds | None]] = {
     **{
         name: partial(_hidden_volume, at=partial(_formulas, name=name))
         for name in ("vo-points", "vo-points-normal", "vo-lines", "vo-lines-normal")
     },
     "vo-area": partial(_hidden_areas, name="vo-area"),
     "vo-area-normal": partial(_hidden_areas, name="vo-area-normal"),
-    "multiresolution": multiresolution,
-    "lf-neighbours": neighbours,
-    "sao": sao,
-    "sao-equation-1": sao,
 }

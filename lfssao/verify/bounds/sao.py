@@ -30,11 +30,9 @@ from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, exac
 from lfssao.verify.bounds.depth import distance_ends
 from lfssao.verify.bounds.error_model import ULP, ErrorModel
 from lfssao.verify.bounds.kernels.ball_view import BallLevels
-from lfssao.verify.bounds.kernels.sums import NO_STORY, bound_sums
+from lfssao.verify.bounds.kernels.sums import LIMITLESS, NO_STORY, bound_sums
 from lfssao.verify.bounds.problem import Ends, Problem, ball_view, held
 from lfssao.verify.bounds.ssao import distance_error, single
-
-LIMITLESS = 1e300  # a term without an upper bound
 
 
 def sao(given: Problem, radius: float) -> Bounds:
@@ -187,11 +185,6 @@ def _shifted(texture: FloatArray, off: int, axis: int, beyond: float = np.inf) -
     room = [(abs(off), abs(off)) if k == axis else (0, 0) for k in range(2)]
     wide = np.pad(texture, room, constant_values=beyond)
     return np.take(wide, abs(off) + off + np.arange(texture.shape[axis]), axis)
-
-
-def summing_error(n: int, model: ErrorModel) -> float:
-    """Relative error of a sum of n terms, none negative, added in any order."""
-    return (n - 1) * model.operation * (1 + (n - 1) * model.operation) * SAFETY
 
 
 def growth(n: Any, model: ErrorModel) -> Any:

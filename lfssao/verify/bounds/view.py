@@ -13,9 +13,9 @@ import numpy as np
 from lfssao.verify.bounds.bounds import Bounds, Texture, exactly
 from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bounds_of
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.points import has_bounds, point_bounds
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
 from lfssao.verify.bounds.problem import Problem
+from lfssao.verify.bounds.registry import has_bounds
 from lfssao.verify.bounds.ssao import ao_bounds, image_depth
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import (
@@ -46,6 +46,8 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
     unknown = positions is None or described_neighbours(parameters, inputs) is None
     if unknown or not has_bounds(name) or model.exact:
         return None
+    from lfssao.verify.bounds.points import point_bounds  # late: ``lf`` has bounds of its own
+
     given = described_problem(parameters, inputs, radius, model)
     return point_bounds(name, given.seen, radius, inputs.get("points"), given.weights, given.options, model)
 

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from lfssao.optics.view import without_guard
 from lfssao.verify.case import VIEW, Array, Case
 from lfssao.verify.compare.layers import Layer
-from lfssao.verify.diagnosis.change import Candidate
 from lfssao.verify.verdict import FAILED, Flags, Judgement, Verdict
 
 PLACED = ("depth", "positions")  # whose background is infinity; 0 is that of all others
@@ -77,10 +76,3 @@ def with_background(judged: Judgement, flags: Flags) -> Judgement:
     also = np.broadcast_to(flags.reshape((*flags.shape, *[1] * (len(shape) - 2))), shape)
     verdict = judged.verdict if judged.verdict.code >= FAILED else Verdict.OUTSIDE
     return replace(judged, verdict=verdict, differing=judged.differing | also, outside=judged.outside | also)
-
-
-def background_candidate(name: str, value: float) -> Candidate:
-    """The candidate that names a background."""
-    usual, hint = ("infinity", f"--background {value:g}") if name in PLACED else ("0", "")
-    words = f"background is {value:g} in place of {usual}"
-    return Candidate("background", (value,), words, 1.0, 1.0, 1.0, hint=hint)

@@ -5,6 +5,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,28 +13,28 @@ from lfssao.core.arguments import as_number
 from lfssao.core.memory import check_available
 from lfssao.core.threads import ahead
 from lfssao.errors import InputError, check_type, shown
-from lfssao.verify.bounds.error_model import find_model
-from lfssao.verify.bounds.points import has_bounds
+from lfssao.verify.bounds.error_model import OF_KITS, find_model
+from lfssao.verify.bounds.registry import has_bounds
 from lfssao.verify.bounds.stored import LINEAR
 from lfssao.verify.case import VIEW, Array, Arrays, Case
 from lfssao.verify.compare.agreement import parts_of
 from lfssao.verify.compare.background import with_background, without_background
-from lfssao.verify.compare.diagnoser import Diagnoser
 from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage
 from lfssao.verify.compare.linear import check_camera, with_distances
 from lfssao.verify.compare.neighbours import Neighbours
-from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import WORST_RANK, Panels
 from lfssao.verify.compare.power import Power, power_of
-from lfssao.verify.compare.reasons import noise_of_turns, reason_of
 from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.result import Result, Tolerance, result_of
 from lfssao.verify.compare.source import Mine, Reference, Sides
 from lfssao.verify.compare.surface import Surface
 from lfssao.verify.judge import judging
-from lfssao.verify.kit.stages import MODEL
-from lfssao.verify.verdict import Flags, Judgement, Verdict, equal_bits
+from lfssao.verify.verdict import WRONG, Flags, Judgement, Verdict, equal_bits
+
+if TYPE_CHECKING:
+    from lfssao.verify.compare.diagnoser import Diagnoser
+    from lfssao.verify.compare.page.textures import Textures
 
 _AT_ONCE = 2  # layers whose figures are made: NumPy and scikit-image use one core each
 
@@ -167,11 +168,12 @@ class Comparison:
                 raise InputError(f"--mesh: {reference} is not what 'lfssao render' writes, its views are not known")
             _ = self._surface.mesh  # refused before anything is compared
         self._neighbours = Neighbours(self._reference, self._mine, self._storage, self._surface, background)
-        self._diagnoser = Diagnoser(self._reference, self._model, self._surface) if diagnosis else None
+        self._diagnosis = diagnosis
+        self._diagnoser: Diagnoser | None = None  # made for the first wrong texture
         self._results: list[Result] = []
         self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
         self._panels: Panels | None = None
-        self._textures = Textures(exact) if page else None
+        self._textures = _kept(exact) if page else None
         self._named: set[str] = set()
         self._unbounded: str | None = None
         self._without: set[str] = set()  # layers that differ, and whose intervals a missing layer would give
@@ -205,6 +207,8 @@ class Comparison:
         except InputError as error:
             raise InputError(f"{self._reference.path}: its manifest is not of its textures ({error})") from error
         if _is_occlusion_wrong(module, self._results):
+            from lfssao.verify.compare.reasons import noise_of_turns  # late: only what is wrong needs it
+
             said = noise_of_turns(case), self._neighbours.note(module, case)
             self._notes += [note for note in said if note and note not in self._notes]
         if self._wanted is None:
@@ -290,6 +294,10 @@ class Comparison:
         judged: Judgement,
     ) -> Result:
         """The result on a layer, but for its diagnosis."""
+        if judged.verdict is Verdict.EQUAL_BITS:
+            return result_of(module, own, right, judged, self._tolerance)
+        from lfssao.verify.compare.reasons import reason_of  # late: only texels that differ have reasons
+
         reason = reason_of(right.name, mine, case, judged.bounds, self._model)
         power = self._power(right.name, mine, case, judged, own, right)
         return result_of(module, own, right, judged, self._tolerance, reason, parts, power)
@@ -306,9 +314,10 @@ class Comparison:
     ) -> None:
         """Add the result on a layer with its diagnosis; ``judged`` has the verdict that tolerances leave."""
         module, name = result.module, right.name
-        if self._diagnoser is not None:
+        if self._diagnosis and case.stage == VIEW and judged.verdict in WRONG:
             known = own.stored, own.channels[0], background
-            result = replace(result, diagnosis=self._diagnoser.diagnose(module, name, mine, case, judged, *known))
+            found = self._with_diagnoser().diagnose(module, name, mine, case, judged, *known)
+            result = replace(result, diagnosis=found)
         self._results.append(result)
         if self._textures is not None:
             self._textures.add(result, own, right, judged)
@@ -322,6 +331,13 @@ class Comparison:
             some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
             limit = f"up to {judged.bounds.strays} may look past an edge (4 standard deviations)"
             self._notes.append(f"{module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
+
+    def _with_diagnoser(self) -> "Diagnoser":
+        if self._diagnoser is None:
+            from lfssao.verify.compare.diagnoser import Diagnoser  # late: what conforms needs no search
+
+            self._diagnoser = Diagnoser(self._reference, self._model, self._surface)
+        return self._diagnoser
 
     def _power(self, name: str, mine: Arrays, case: Case, judged: Judgement, own: Layer, right: Layer) -> Power | None:
         """How much it means that a texture is inside; None where it is not, or its bounds are no intervals."""
@@ -341,7 +357,7 @@ class Comparison:
             names = ", ".join(sorted(self._without))
             note = f"no interval is known of {names}: the reference was rendered without layers they are made of"
             notes = [note, *notes]
-        named = self._model.name if self._reference.manifest is not None else MODEL if self._reference.kit else None
+        named = self._model.name if self._reference.manifest is not None else OF_KITS if self._reference.kit else None
         return Report(
             mine=str(self._mine.path),
             reference=str(self._reference.path),
@@ -358,6 +374,12 @@ class Comparison:
         )
 
 
+def _kept(exact: bool) -> "Textures":
+    from lfssao.verify.compare.page.textures import Textures  # late: only a page keeps any
+
+    return Textures(exact)
+
+
 def _parts(case: Case) -> dict[str, Flags]:
     """The texels of a case's occlusion by what of the surface they see; none where depth is not known."""
     depth: Array | None = case.outputs.get("depth")
@@ -368,8 +390,7 @@ def _parts(case: Case) -> dict[str, Flags]:
 
 def _is_occlusion_wrong(module: str, results: Sequence[Result]) -> bool:
     """Whether a texture of a radius' occlusion of a module is wrong."""
-    wrong = Verdict.OUTSIDE, Verdict.DIFFERENT
-    return any(r.module == module and r.layer.startswith("ao_") and r.verdict in wrong for r in results)
+    return any(r.module == module and r.layer.startswith("ao_") and r.verdict in WRONG for r in results)
 
 
 def _without_intervals(names: Sequence[str]) -> set[str]:

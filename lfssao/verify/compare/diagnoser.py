@@ -15,8 +15,8 @@ from lfssao.rendering.folder import display_of, reading_manifest
 from lfssao.rendering.image_file import read_image_file
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel
 from lfssao.verify.bounds.stored import Stored
-from lfssao.verify.case import VIEW, Arrays, Case, described_view
-from lfssao.verify.compare.background import background_candidate
+from lfssao.verify.case import Arrays, Case, described_view
+from lfssao.verify.compare.background import PLACED
 from lfssao.verify.compare.layers import layers_of
 from lfssao.verify.compare.source import Reference
 from lfssao.verify.compare.surface import Surface
@@ -24,10 +24,9 @@ from lfssao.verify.diagnosis.change import Candidate
 from lfssao.verify.diagnosis.diagnose import Diagnosis, WrongTexture
 from lfssao.verify.diagnosis.views import Sight, sight_of
 from lfssao.verify.judge import inputs_of
-from lfssao.verify.verdict import Judgement, Verdict
+from lfssao.verify.verdict import Judgement
 
 _MOST_MODULES = 6  # whose depth is tried: each takes a file to read
-_WRONG = (Verdict.OUTSIDE, Verdict.DIFFERENT)
 
 
 class Diagnoser:
@@ -54,15 +53,13 @@ class Diagnoser:
         channel: str,
         background: float | None,
     ) -> Diagnosis | None:
-        """The diagnosis of a texture that is wrong, else None.
+        """The diagnosis of a view's texture that is wrong; None if there is none.
 
         A number of the view that explained any stage is tried first. A stage that could not be explained is searched
         once. ``channel`` is the renderer's own name of the texture, ``background`` the wrong value that it had where
         there is no surface, None if that was right.
         """
         stage = name.rpartition("_")[0] if name.startswith("ao_") else name
-        if case.stage != VIEW or judged.verdict not in _WRONG:
-            return None
         wrong = WrongTexture(
             name,
             mine[name],
@@ -77,7 +74,7 @@ class Diagnoser:
             caster=partial(self._caster, module),
             sampling=(self._reference.manifest or {}).get("sampling") or {},
             channel=channel,
-            background=None if background is None else background_candidate(name, background),
+            background=None if background is None else _background_candidate(name, background),
         )
         known = [*(each for each, _ in self._shared.most_common()), *self._found[stage]]
         found = wrong.diagnose(list(dict.fromkeys(known)), search=stage not in self._given_up)
@@ -148,3 +145,10 @@ class Diagnoser:
 
 def _number(module: str) -> int:
     return int(module.removeprefix("module_"))
+
+
+def _background_candidate(name: str, value: float) -> Candidate:
+    """The candidate that names a background."""
+    usual, hint = ("infinity", f"--background {value:g}") if name in PLACED else ("0", "")
+    words = f"background is {value:g} in place of {usual}"
+    return Candidate("background", (value,), words, 1.0, 1.0, 1.0, hint=hint)

@@ -10,18 +10,20 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 from lfssao.core.files import write_text
 from lfssao.errors import InputError
-from lfssao.verify.compare.causes import Cause, causes_of
 from lfssao.verify.compare.layers import stage_order
-from lfssao.verify.compare.page.textures import Textures
 from lfssao.verify.compare.picture import Panels, save_panels
 from lfssao.verify.compare.power import WEAK, Power
 from lfssao.verify.compare.result import Result, Tolerance
 from lfssao.verify.verdict import FAILED, SAME, WARNING, Verdict
+
+if TYPE_CHECKING:
+    from lfssao.verify.compare.causes import Cause
+    from lfssao.verify.compare.page.textures import Textures
 
 # 2: max_ulp may be null, results count texels beyond the tolerance. 3: a worst texel's reference is as it is read when
 # it is stored as mine, and itself as ``before``; results have ``power``, and 'inside, weakly' is a verdict.
@@ -88,7 +90,7 @@ class Report:
     results: tuple[Result, ...]
     notes: tuple[str, ...] = ()
     panels: Panels | None = None
-    textures: Textures | None = None
+    textures: "Textures | None" = None
 
     @property
     def exit_code(self) -> int:
@@ -97,8 +99,12 @@ class Report:
         return WARNING if worst == SAME and self.notes else worst
 
     @cached_property
-    def causes(self) -> tuple[Cause, ...]:
+    def causes(self) -> "tuple[Cause, ...]":
         """The changes of the reference that explain textures, each for all stages and modules."""
+        if all(result.diagnosis is None for result in self.results):
+            return ()
+        from lfssao.verify.compare.causes import causes_of  # late: only diagnoses have causes
+
         return causes_of(self.results)
 
     @property

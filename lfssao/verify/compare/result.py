@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,8 +12,10 @@ from lfssao.verify.compare.agreement import Agreement, agreements
 from lfssao.verify.compare.layers import Layer, is_occlusion
 from lfssao.verify.compare.metrics import Metrics, difference, measure
 from lfssao.verify.compare.power import Power
-from lfssao.verify.diagnosis.diagnose import Diagnosis
 from lfssao.verify.verdict import FAILED, Flags, Judgement, Planes, Verdict, judge_within, texels
+
+if TYPE_CHECKING:
+    from lfssao.verify.diagnosis.diagnose import Diagnosis
 
 WORST = 10
 Reason = Callable[[tuple[int, int]], str]
@@ -92,7 +95,7 @@ class Result:
     beyond: int = 0  # number of those that differ from the reference by more than ``--fail``
     interval: bool = False  # whether one is known; it is not asked for where bits are equal
     worst: tuple[Texel, ...] = ()  # at most ten, the worst first
-    diagnosis: Diagnosis | None = None  # which change of the reference explains it; None if right or not diagnosed
+    diagnosis: "Diagnosis | None" = None  # which change of the reference explains it; None if right or not diagnosed
     # Figures of occlusion that differs, by ``lfssao.verify.compare.agreement.PARTS``; empty if depth is not known.
     agreement: Mapping[str, Agreement] = field(default_factory=dict)
     stored: str = ""  # such as 'stored as unorm8', by which the interval is wider; '' for float32
@@ -136,7 +139,7 @@ def result_of(
     reference: Layer,
     judged: Judgement,
     tolerance: Tolerance,
-    reason: Reason,
+    reason: Reason | None = None,
     parts: Callable[[], Mapping[str, Flags]] = dict,
     power: Power | None = None,
 ) -> Result:
@@ -149,12 +152,12 @@ def result_of(
     if judged.bounds is not None:
         ends = _planes(judged.bounds.lower, outside), _planes(judged.bounds.upper, outside)
     sides = mine.planes, stored_as(mine, reference), reference.planes, *(ends or ())
-    worst = []
+    worst, told = [], reason or (lambda _: "")
     for i, j in _worst_places(mine.planes, reference.planes, ends, judged):
         own, right, before, *interval = (tuple(plane[j, i].item() for plane in planes) for planes in sides)
         lower, upper = interval or (None, None)
         changed = None if before == right or mine.stored is None else before
-        worst.append(Texel(i, j, own, right, changed, lower, upper, bool(outside[j, i]), reason((i, j))))
+        worst.append(Texel(i, j, own, right, changed, lower, upper, bool(outside[j, i]), told((i, j))))
     verdict, beyond = tolerance.judge(judged, mine.planes, reference.planes)
     if verdict is Verdict.INSIDE and power is not None and power.weak:
         verdict = Verdict.INSIDE_WEAKLY

@@ -18,12 +18,10 @@ from lfssao.optics.view import without_guard
 from lfssao.samples import best_turns, make_samples, square_points, texel_angles, texel_turns
 from lfssao.samples.rotation import half_turns
 from lfssao.verify.bounds.bounds import Bounds, exactly
-from lfssao.verify.bounds.error_model import MODELS
+from lfssao.verify.bounds.error_model import MODELS, OF_KITS
 from lfssao.verify.bounds.post import blur_bounds, shade_bounds
 from lfssao.verify.bounds.view import ViewBounds, occlusion_bounds
 from lfssao.verify.case import Array, Arrays, Parameters, described_mapping, described_view
-
-MODEL = "shader"  # of the bounds
 
 Outputs = dict[str, Array]
 Run = Callable[[Parameters, Arrays], Outputs]
@@ -161,7 +159,7 @@ def stage_bounds(stage: str, parameters: Parameters, inputs: Arrays) -> dict[str
     Stages without bounds round nothing, or are float64 or integers, which every language has: equal bits are asked.
     Stage, parameters and inputs are those of a ``Case``.
     """
-    model = MODELS[MODEL]
+    model = MODELS[OF_KITS]
     if stage in ("algorithm1", "algorithm2", "estimator"):
         found = occlusion_bounds(parameters, inputs, parameters["radius"], model)
         return {} if found is None else {"occlusion": found}

@@ -60,7 +60,7 @@ def test_rebuilt_positions_are_those_of_the_positions_texture(sight, dtype):
     z = linear_z(buffers).astype(dtype)
     blank = Buffers(buffers.view, buffers.depth.astype(dtype), np.zeros((*z.shape, 3), dtype))
     made = np.empty((*z.shape, 3), dtype)
-    reconstruct.rebuild_positions(scalable.sao_view(blank, z), made)
+    reconstruct.rebuild_positions(scalable.sao_view(blank, z, scalable.AppendixOptions()), made)
     there = np.isfinite(buffers.depth)
     assert np.abs(made[there] - buffers.positions[there]).max() < (2e-6 if dtype == np.float32 else 1e-14)
     assert np.isinf(made[~there]).all()
@@ -76,7 +76,7 @@ def test_a_cameras_positions_texture_is_not_read(sight):
 
 def made_of(buffers):
     """Positions and face normals of a view."""
-    view = scalable.sao_view(buffers, linear_z(buffers))
+    view = scalable.sao_view(buffers, linear_z(buffers), scalable.AppendixOptions())
     return (texture.reshape(*buffers.depth.shape, 3) for texture in (view.positions, view.normals))
 
 

@@ -50,7 +50,7 @@ from lfssao.ao.estimators.look_ups import Bordered
 from lfssao.ao.estimators.sao.kernels import passes, z_pyramid
 from lfssao.ao.estimators.sao.kernels.passes import average_quads, bilateral
 from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays, face_normals, rebuild_positions
-from lfssao.ao.estimators.sao.sampling import Sao
+from lfssao.ao.estimators.sao.sampling import Sao, visibility_of
 from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
 from lfssao.ao.formulas import float_view
 from lfssao.ao.kernels.float_view import FloatView
@@ -168,12 +168,17 @@ def sao_view(buffers: Buffers, z: Texture, options: SaoOptions) -> FloatView:
     return view
 
 
-def sample(buffers: Buffers, z: Texture, radius: float, options: AnyOptions) -> tuple[Texture, int]:
-    """Return A before averaging, (H, W), and how many taps fell outside the texture; radius: r > 0, world units."""
+def sampling_pass(buffers: Buffers, z: Texture, radius: float, options: AnyOptions) -> tuple[FloatView, Sao]:
+    """Return a view with the hierarchy of z, and the numbers of taps and terms; radius: r > 0, world units."""
     view = sao_view(buffers, z, options)
     levels = levels_of(z_hierarchy(z, options.mip, options.max_level, view.rays.origin))
-    sums = run_kernel(sum_samples, z, view._replace(levels=levels), sao_numbers(options, view.rays, radius, z))
-    return np.fmax(0, 1 - scale_of(options, z.dtype) * sums.texture), sums.outside
+    return view._replace(levels=levels), sao_numbers(options, view.rays, radius, z)
+
+
+def sample(buffers: Buffers, z: Texture, radius: float, options: AnyOptions) -> tuple[Texture, int]:
+    """Return A before averaging, (H, W), and how many taps fell outside the texture; radius: r > 0, world units."""
+    sums = run_kernel(sum_samples, z, *sampling_pass(buffers, z, radius, options))
+    return visibility_of(scale_of(options, z.dtype), sums.texture), sums.outside
 
 
 def unit_taps(options: SaoOptions, dtype: np.dtype[Any]) -> Texture:

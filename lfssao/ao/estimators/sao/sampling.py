@@ -38,6 +38,11 @@ def _landed(landing: Any, offset: Any) -> Any:
     return select(landing < 0, offset, whole + 0.5)
 
 
+def visibility_of(scale: Any, total: Any) -> Any:
+    """A before averaging, of sums of terms: max(0, 1 - scale sum), 0 of no number."""
+    return larger(0, 1 - scale * total)
+
+
 class Sao(NamedTuple):
     """Numbers of a tap and its term, arrays and scalars of the arithmetic's dtype.
 

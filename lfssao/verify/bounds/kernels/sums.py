@@ -17,6 +17,7 @@ from lfssao.verify.bounds.kernels.images import Projected, widen
 from lfssao.verify.bounds.kernels.seen import looked_up_box, looked_up_texel, texel_of
 
 NO_STORY = -1, np.empty((0, 6))  # the last arguments of ``bound_sums`` where no texel's story is told
+LIMITLESS = 1e300  # a term without an upper bound
 OPEN = 2.0**-10  # a term whose interval is wider than this part of it counts as undecided
 
 

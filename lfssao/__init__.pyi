@@ -1,4 +1,5 @@
 from .ao import reference
+from .ao.estimators.own import read_estimator
 from .ao.estimators.registry import estimate
 from .ao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
 from .ao.post import blur, merge, shade
@@ -29,5 +30,6 @@ __all__ = [
     "Settings", "Textures", "View", "WorldToImage", "algorithm1", "algorithm2", "blur", "builtin_scene", "compare",
     "default_radii", "display_names", "display_text", "estimate", "eye_point", "eye_range", "eye_view",
     "find_display", "find_scene", "fit_roi", "load_scene", "make_samples", "merge", "module_views", "parse_display",
-    "ray_cast_occlusion", "read_exr", "reference", "render", "render_view", "shade", "square_points", "write_exr",
+    "ray_cast_occlusion", "read_estimator", "read_exr", "reference", "render", "render_view", "shade", "square_points",
+    "write_exr",
 ]  # fmt: skip

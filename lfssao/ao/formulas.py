@@ -21,6 +21,7 @@ from lfssao.ao.kernels.look_up import NOTHING
 from lfssao.ao.kernels.sums import sum_samples
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers, Texture
+from lfssao.core.distinct import distinct
 from lfssao.core.numbers import method
 from lfssao.optics.kernels.projection import MATRIX
 
@@ -256,7 +257,7 @@ def sum_formulas(
     options: Options,
 ) -> Occlusion:
     """Return occlusion of a view by the formulas of an estimator, ``Estimator.run`` of it."""
-    numbers = formulas(buffers, radius, points, weights, options)
+    numbers = distinct(formulas(buffers, radius, points, weights, options))
     return run_kernel(sum_samples, buffers.depth, float_view(buffers, words_of(numbers), options), numbers)
 
 
@@ -284,5 +285,5 @@ def fold_formulas(
     options: Options,
 ) -> Occlusion:
     """Return occlusion of a view by the formulas of an estimator that takes steps, ``Estimator.run`` of it."""
-    numbers = formulas(buffers, radius, points, weights, options)
+    numbers = distinct(formulas(buffers, radius, points, weights, options))
     return run_kernel(fold_steps, buffers.depth, float_view(buffers, words_of(numbers), options), numbers)

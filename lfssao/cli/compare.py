@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from lfssao.cli import values
+from lfssao.cli.estimators import chosen
 from lfssao.cli.terminal import printable, progress, working
 from lfssao.core.memory import keep_freed_memory
-from lfssao.errors import InputError
+from lfssao.errors import InputError, errors_of
 from lfssao.verify.compare.compare import Comparison
 from lfssao.verify.compare.result import Tolerance
 
@@ -28,6 +29,7 @@ _HELP = {
     "--fail": "pass texels that differ from REFERENCE by no more, in the texture's unit or in codes (default: 0)",
     "--fail-percent": "pass textures of which no more than this percentage of the texels fail (default: 0)",
     "--model": "what MINE's arithmetic may do: shader, sampler, nearest or strict (default: shader)",
+    "--estimator": "the Python file of the estimator of one's own that REFERENCE was made with; it is run",
     "--mesh": "the mesh that REFERENCE was rendered of: nine rays a texel into it judge depth and colour, without "
     "exceptions at silhouettes (of an embedded scene it is at hand)",
     "--no-diagnosis": "do not search for the change of the reference that explains a wrong texture",
@@ -60,7 +62,7 @@ def add_to(compare: argparse.ArgumentParser) -> None:
         add(name, type=float, default=0.0, metavar="X")
     add("--no-diagnosis", action="store_true")
     add("--model", default="shader", metavar="NAME")
-    for name in ("--mesh", "--html", "--json", "--junit", "--picture"):
+    for name in ("--estimator", "--mesh", "--html", "--json", "--junit", "--picture"):
         add(name, metavar="FILE")
 
 
@@ -72,6 +74,9 @@ def _compare(options: argparse.Namespace) -> int:
         if target is not None and not Path(target).parent.is_dir():
             raise InputError(f"--{name}: there is no folder {Path(target).parent}")
     layers, cases = (None if names is None else names.split(",") for names in (options.layers, options.cases))
+    if options.estimator is not None:
+        with errors_of("--estimator"):
+            chosen(options.estimator)
     rules = {reference: mine for mine, reference in values.pairs("--map", options.map, "MINE=REFERENCE", 1)}
     comparison = Comparison(
         Path(options.mine),

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Collection, Iterator
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -15,27 +16,68 @@ from lfssao.errors import InputError, errors_of
 from lfssao.rendering.image_file import ENDINGS, Size, read_angles
 from lfssao.samples import make_samples
 
+TEMPLATES = "sum", "fold"
+
 
 def add_to(estimators: argparse.ArgumentParser) -> None:
     """Describe the command and its argument."""
     estimators.description = """List the estimators that 'lfssao render --estimator NAME' knows: what each computes,
         after which paper, its number of samples, its parameters with their defaults. With a NAME say its formula and
-        its parameters, or print the file of a published shader that --like knows."""
-    estimators.add_argument("name", nargs="?", metavar="NAME", help="an estimator whose parameters are explained")
+        its parameters, or print the file of a published shader that --like knows. With a FILE.py run it, check the
+        estimator of one's own that it holds, and say what was found."""
+    name = "an estimator whose parameters are explained, or a Python file of one's own, which is run"
+    estimators.add_argument("name", nargs="?", metavar="NAME", help=name)
+    start = "print a start for a file of one's own: a sum of terms of samples, or a fold of steps along directions"
+    estimators.add_argument("--template", choices=TEMPLATES, help=start)
     estimators.set_defaults(run=_list)
 
 
 def _list(options: argparse.Namespace) -> None:
-    if options.name is None:
+    if options.template is not None:
+        if options.name is not None:
+            raise InputError("--template: it prints a file, and a NAME is given")
+        print(resources.files("lfssao.ao.estimators.templates").joinpath(f"{options.template}.py").read_text(), end="")
+    elif options.name is None:
         print("\n".join(_line(estimator) for estimator in ESTIMATORS.values()))
         print(f"--like: {', '.join(published_names())}")
     elif options.name in published_names():
         print(published_text(options.name), end="")
     else:
-        estimator = find_estimator(options.name)
+        estimator = chosen(options.name)
         weighting, falloff = estimator.integrand
         rays = f"    estimates, up to strength, rays' occlusion: weighting {weighting}, falloff {falloff}"
         print("\n".join([_line(estimator).splitlines()[0], f"    {estimator.formula}", rays, *_meanings(estimator)]))
+        if estimator.text:
+            print("\n".join(f"    {fact}" for fact in _found(Path(options.name), estimator)))
+
+
+def chosen(name: str) -> Estimator:
+    """The estimator of a name, or of a Python file, which is run; InputError with the line of a mistake."""
+    if not name.endswith(".py"):
+        return find_estimator(name)
+    from lfssao.ao.estimators.own import read_estimator  # its trial needs a camera, and few have a file of their own
+
+    return read_estimator(name)
+
+
+def _found(path: Path, estimator: Estimator) -> Iterator[str]:
+    """Facts of an estimator of one's own: the words of views that it reads, and its intervals on a few texels."""
+    from lfssao.ao.estimators.own import few_texels, mistakes_in
+    from lfssao.ao.formulas import Seen, words_of
+    from lfssao.verify.bounds.points import point_bounds
+
+    buffers, samples = few_texels(), estimator.default_samples()
+    if estimator.formulas is None:
+        yield "no formulas: no intervals, and its errors are searched by running it"
+        return
+    numbers = estimator.formulas(buffers, 1.0, *samples, estimator.options())
+    words = [word for word in vars(Seen) if word in words_of(numbers) and not word.startswith("_")]
+    yield f"reads of a view: {', '.join(words)}"
+    with mistakes_in(path):
+        bounds = point_bounds(estimator.name, buffers, 1.0, *samples, estimator.parameters)
+    if bounds is not None:
+        width = float((bounds.upper - bounds.lower).max())
+        yield f"its intervals on {bounds.upper.size} texels of two walls: at most {width:.2g} wide (model shader)"
 
 
 def _meanings(estimator: Estimator) -> Iterator[str]:

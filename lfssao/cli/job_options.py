@@ -51,7 +51,8 @@ _HELP = {
     "--guard": f"guard band: texels around each texture that AO looks into, up to {MOST_GUARD} (default: 0)",
     "--radii": "radii of the sampling ball in scene units, or with %% in per cent of the scene's diagonal "
     "(default: 1%%,2%%,3.5%%,6%%,10%%)",
-    "--estimator": "how occlusion is estimated; 'lfssao estimators' lists the names (default: lf)",
+    "--estimator": "how occlusion is estimated; 'lfssao estimators' lists the names (default: lf); a file that ends "
+    "in .py is an estimator of one's own, which is run ('lfssao estimators --template' writes a start)",
     "--like": "estimator, parameters, turns and samples of a published shader, in place of their defaults: "
     f"{', '.join(published_names())}, or a .toml file like 'lfssao estimators {published_names()[0]}' prints",
     "--parameter": "a parameter of the estimator in place of its default; may be given several times",
@@ -205,7 +206,7 @@ def ao_settings(
     """
     others = estimators.take_published(options)
     with errors_of("--estimator"):
-        estimator = find_estimator(options.estimator)
+        estimator = estimators.chosen(options.estimator)
     parameters = estimators.read_parameters(estimator, options.parameter, others)
     turning = options.rotate == "hash"  # takes the seed, where samples do not
     seed = None if turning and options.sampling is None and estimator.sampling is None else options.seed

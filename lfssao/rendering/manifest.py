@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao import __version__
+from lfssao.ao.estimators.registry import find_estimator
 from lfssao.ao.post import blur_weights
 from lfssao.optics.kernels.projection import DISPLAY, MATRIX
 from lfssao.optics.view import KINDS, View, WorldToImage, finite_numbers
@@ -61,8 +62,10 @@ def describe_scene(mesh: Mesh) -> dict[str, Any]:
 def describe_settings(settings: Settings) -> dict[str, Any]:
     """All settings of the AO passes, the sample table included; angles of texels are in a file of their own."""
     angles = settings.rotation if isinstance(settings.rotation, np.ndarray) else None
+    text = find_estimator(settings.estimator).text
     return {
         "estimator": settings.estimator,
+        **({"estimator_sha256": text} if text else {}),  # of one's own
         "parameters": dict(settings.parameters),
         "units": settings.units,
         "neighbours": settings.neighbours,

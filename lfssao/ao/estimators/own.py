@@ -31,7 +31,7 @@ _REASONS = (
 )
 
 
-def read_own(path: str | Path) -> Estimator:
+def read_estimator(path: str | Path) -> Estimator:
     """Run a Python file, and return the first estimator of its ``ENTRIES``, which is known by its name from then on.
 
     Parameters
@@ -42,7 +42,7 @@ def read_own(path: str | Path) -> Estimator:
     Returns
     -------
     Estimator
-        With ``text``, the SHA-256 of the file. ``lfssao.estimate`` takes it, or its name.
+        With ``text``, the SHA-256 of the file. ``lfssao.estimate`` takes it, or its name, as do settings.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def read_own(path: str | Path) -> Estimator:
     Examples
     --------
     >>> from importlib.resources import files
-    >>> read_own(files("lfssao.ao.estimators.templates") / "sum.py").name
+    >>> lfssao.read_estimator(files("lfssao.ao.estimators.templates") / "sum.py").name
     'mine'
     """
     path, text = Path(path), read_text(Path(path))

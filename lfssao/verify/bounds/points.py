@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.ao.formulas import ZENITH
 from lfssao.ao.textures import Buffers
+from lfssao.core.distinct import distinct
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
@@ -107,7 +108,7 @@ def _driven(given: Problem, radius: float, name: str) -> tuple[Seen, BallView, A
     estimator = find_estimator(name)
     assert estimator.formulas is not None
     options = estimator.options(**given.options)
-    made = held(estimator.formulas(given.seen, radius, given.points, given.weights, options))
+    made = distinct(held(estimator.formulas(given.seen, radius, given.points, given.weights, options)))
     seen = given.surface_of(made, radius, options)
     return seen, view_of_formulas(given, seen, made, options), made
 

@@ -25,6 +25,7 @@ from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.ao.reference import gaussian_weights
 from lfssao.core.balls import SAFETY
+from lfssao.core.distinct import distinct
 from lfssao.core.elementary import power
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, down_to_single, exactly, up_to_single
 from lfssao.verify.bounds.depth import distance_ends
@@ -69,7 +70,7 @@ def _sampled(
         remade=given.seen.view.screen_to_world is not None,
         faces=options.normals == "face",
     )
-    numbers = held(sao_numbers(options, rays, radius, given.seen.depth))
+    numbers = distinct(held(sao_numbers(options, rays, radius, given.seen.depth)))
     sums = np.zeros((4, *there.shape))
     bound_sums(seen, view, numbers, LIMITLESS, False, True, sums, *NO_STORY)
     doubt = np.pad((z[0] < np.inf) & ~there, 1)

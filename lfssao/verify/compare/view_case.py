@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.registry import check_samples, find_estimator, full_parameters
+from lfssao.ao.estimators.estimator import Estimator
+from lfssao.ao.estimators.registry import ESTIMATORS, check_samples, find_estimator, full_parameters
 from lfssao.ao.post import MAX_SIGMA
-from lfssao.errors import errors_of
+from lfssao.errors import InputError, errors_of
 from lfssao.optics.view import KINDS, View
 from lfssao.rendering.folder import reading_manifest
 from lfssao.rendering.image_file import read_angles
@@ -69,10 +70,19 @@ def view_parameters(view: View) -> dict[str, Any]:
     }
 
 
+def _made_by(name: str, text: str | None) -> Estimator:
+    """The estimator of a name; text: SHA-256 of the file of one's own, which is not run unless it is given."""
+    if text is not None and (name not in ESTIMATORS or not find_estimator(name).text):
+        raise InputError(f"the reference's estimator '{name}' is one of one's own: give its file by --estimator")
+    if text is not None and find_estimator(name).text != text:
+        raise InputError(f"the file of estimator '{name}' is another one than the reference was made with")
+    return find_estimator(name)
+
+
 def _tables(settings: Mapping[str, Any], parameters: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
     """The sample tables of a view; the parameters get the estimator's options."""
     name = parameters["estimator"]
-    estimator, points = find_estimator(name), "samples" if name == "lf" else "points"
+    estimator, points = _made_by(name, settings.get("estimator_sha256")), "samples" if name == "lf" else "points"
     parameters["options"] = full_parameters(estimator, settings["parameters"])
     given = {points: settings["samples"], "weights": settings["weights"]}
     tables = {key: np.array(table, np.float64) for key, table in given.items() if table is not None}

@@ -20,6 +20,7 @@ from lfssao.ao.kernels.float_view import FloatView
 from lfssao.ao.kernels.look_up import Look
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Texture
+from lfssao.core.distinct import distinct
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.bounds import Bounds, FloatArray
 from lfssao.verify.diagnosis import look_ups
@@ -75,7 +76,8 @@ class Formulated(Estimated):
         if self.points is None:
             samples = self.estimator.default_samples()
         assert self.estimator.formulas is not None
-        return self.estimator.formulas(self.buffers, radius, *samples, self.estimator.options(**self.options))
+        options = self.estimator.options(**self.options)
+        return distinct(self.estimator.formulas(self.buffers, radius, *samples, options))
 
     @cached_property
     def samples(self) -> int:

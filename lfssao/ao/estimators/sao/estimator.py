@@ -59,6 +59,7 @@ from lfssao.ao.kernels.sums import sum_samples
 from lfssao.ao.reference import gaussian_weights
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers, Texture
+from lfssao.core.distinct import distinct
 from lfssao.core.elementary import PI, sincospi
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.samples import best_turns
@@ -172,7 +173,7 @@ def sampling_pass(buffers: Buffers, z: Texture, radius: float, options: AnyOptio
     """Return a view with the hierarchy of z, and the numbers of taps and terms; radius: r > 0, world units."""
     view = sao_view(buffers, z, options)
     levels = levels_of(z_hierarchy(z, options.mip, options.max_level, view.rays.origin))
-    return view._replace(levels=levels), sao_numbers(options, view.rays, radius, z)
+    return view._replace(levels=levels), distinct(sao_numbers(options, view.rays, radius, z))
 
 
 def sample(buffers: Buffers, z: Texture, radius: float, options: AnyOptions) -> tuple[Texture, int]:

@@ -48,7 +48,7 @@ class Mine(NamedTuple):  # numbers of the arithmetic's dtype, which the formulas
         return number(0, here[0].x)
 
     def step(self, view: Any, here: Any, state: Any, texel: Any, seen: Any) -> Any:  # select(), not if
-        """What a step that sees ``seen`` adds, and the number that is kept after it."""
+        """The number that a step adds, which sees ``seen``, and the one that is kept after it."""
         d = view.position(seen) - here[0]
         length = np.sqrt(dot(d, d))
         sine = within(dot(d, here[1]) / length, -1.0001, 1.0001)  # no renderer's is larger, however it rounds

@@ -37,6 +37,7 @@ from lfssao.ao.kernels.sums import sum_samples
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers
 from lfssao.core.affine import sum_in_order
+from lfssao.core.distinct import distinct
 from lfssao.core.elementary import log2
 from lfssao.errors import InputError
 from lfssao.samples import repulsion_table
@@ -92,7 +93,8 @@ def sum_at_radii(
     view = view._replace(moments_of=moments)
 
     def occlusion(r: float) -> Occlusion:
-        return run_kernel(sum_samples, buffers.depth, view, formulas(buffers, r, points, weights, options))
+        numbers = distinct(formulas(buffers, r, points, weights, options))
+        return run_kernel(sum_samples, buffers.depth, view, numbers)
 
     return at_radii(occlusion, radius, options)
 

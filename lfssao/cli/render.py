@@ -9,6 +9,7 @@ from functools import partial
 
 import numba
 
+from lfssao.ao.estimators.registry import find_estimator
 from lfssao.cli.job_options import add_options, job_of
 from lfssao.cli.terminal import printable, progress, working
 from lfssao.core.threads import MOST_THREADS
@@ -37,6 +38,8 @@ def _render(options: argparse.Namespace) -> None:
     start = time.perf_counter()
     with working("load"):
         job = job_of(options, threads)
+    if options.scheduler is not None and find_estimator(job.settings.estimator).text:
+        raise InputError("--scheduler: its workers do not know an estimator of one's own, leave one of the two out")
     seconds = {"load": time.perf_counter() - start}
     total, executor, sent = len(job.items()), None, job
     verifying = partial(progress, total=total, desc="verify", unit="module")

@@ -6,6 +6,7 @@ import pytest
 
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.cli.main import main
+from lfssao.cli.terminal import NOT_COMPARED
 
 JOB = "statue", "--camera", "--resolution", "48x36", "--radii", "6%", "--layers", "depth,positions,ao"
 
@@ -27,7 +28,7 @@ def test_a_file_of_ones_own_from_its_start_to_its_verdict(tmp_path, capsys):
     assert main(["estimators", str(mine)]) == 0
     said = capsys.readouterr().out
     assert "bias=0.0: by how much a surface must be nearer" in said
-    assert "reads of a view: position, surface, at, along, depth_at" in said or "reads of a view: position" in said
+    assert "reads of a view: position, surface, sample_offset, at, along" in said
     assert "its intervals on 24 texels" in said
     for name, more in (("a", ()), ("b", ()), ("c", ("--parameter", "bias=0.1"))):
         forgotten()
@@ -41,12 +42,20 @@ def test_a_file_of_ones_own_from_its_start_to_its_verdict(tmp_path, capsys):
         return code, "".join(capsys.readouterr())
 
     code, said = compared("b")
-    assert (code, "give its file by --estimator" in said) == (2, True) or code == 3
+    assert (code, "give its file by --estimator" in said) == (NOT_COMPARED, True)
     assert compared("b", "--estimator", str(mine))[0] == 0
     code, said = compared("c", "--estimator", str(mine))
-    assert code != 0
-    assert "bias 0.1 in place of 0" in said
+    assert (code, "bias + 0.1003 in place of 0 explains 100.00 %" in said) == (2, True)
     mine.write_text(mine.read_text() + "# more\n")
     code, said = compared("b", "--estimator", str(mine))
-    assert code != 0
+    assert code == NOT_COMPARED
     assert "is another one than the reference was made with" in said
+
+
+def test_workers_of_a_scheduler_do_not_know_it(tmp_path, capsys):
+    assert main(["estimators", "--template", "sum"]) == 0
+    mine = tmp_path / "mine.py"
+    mine.write_text(capsys.readouterr().out)
+    words = "--estimator", str(mine), "--scheduler", "local", "-o", str(tmp_path / "out")
+    assert main(["render", *JOB, *words]) == 2
+    assert "--scheduler: its workers do not know an estimator of one's own" in capsys.readouterr().err

@@ -11,6 +11,7 @@ import trimesh
 import lfssao
 import lfssao.samples
 import lfssao.testing
+from lfssao.ao.estimators.registry import ESTIMATORS
 
 PACKAGE = Path(lfssao.__file__).parent
 MODULES = [
@@ -25,6 +26,7 @@ PUBLIC = [(home, name) for home in (lfssao, lfssao.testing, lfssao.samples) for 
 @pytest.mark.parametrize("name", MODULES)
 def test_examples_run(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(ESTIMATORS, "data", dict(ESTIMATORS.data))
     np.save("mine.npy", np.float32([[0.5]]))
     failed, run = doctest.testmod(importlib.import_module(name), extraglobs=NAMES)
     assert failed == 0 < run

@@ -57,8 +57,8 @@ def find_estimator(name: str) -> Estimator:
 
 
 def of_one_view() -> dict[str, Estimator]:
-    """Return the estimators by name that read the textures of one view alone."""
-    return {name: estimator for name, estimator in ESTIMATORS.items() if not estimator.neighbours}
+    """Return this package's estimators by name that read the textures of one view alone."""
+    return {name: found for name, found in ESTIMATORS.items() if not found.neighbours and not found.text}
 
 
 def estimate(

@@ -21,10 +21,9 @@ class MyOptions(LookUps):  # with border, background and filter of look-ups
 
 
 class Mine(NamedTuple):  # numbers of the arithmetic's dtype, which the formulas below read
-    """Points of the unit ball, (n, 3), the radius, and the bias in units of z along the view."""
+    """Offsets of samples, (n, 3), world units, and the bias in units of z along the view."""
 
     points: Any
-    radius: Any
     bias: Any
 
     def start(self, view: Any, texel: Any) -> Any:  # once a texel; position, normal, direction, turn: words of views
@@ -36,8 +35,9 @@ class Mine(NamedTuple):  # numbers of the arithmetic's dtype, which the formulas
         return True
 
     def place(self, view: Any, here: Any, s: Any) -> Any:  # the image of a point and of offsets, multiplied and added
-        """Where sample s is looked up."""
-        return here[0] + self.radius * view.along(Vector(self.points[s, 0], self.points[s, 1], self.points[s, 2]))
+        """The place at which sample s is looked up."""
+        x, y, z = self.points[s, 0], self.points[s, 1], self.points[s, 2]
+        return here[0] + view.along(Vector(view.sample_offset(x), view.sample_offset(y), view.sample_offset(z)))
 
     def term(self, view: Any, here: Any, s: Any, z: Any, texel: Any, seen: Any) -> Any:  # select(), not if
         """The term of sample s at z, whose place is looked up in ``seen``, which shows a surface."""
@@ -55,7 +55,7 @@ class Mine(NamedTuple):  # numbers of the arithmetic's dtype, which the formulas
 def mine(buffers: Any, radius: float, points: Any, weights: Any, options: MyOptions) -> Mine:
     """Return the numbers above for a view; ``buffers.depth.dtype`` is the arithmetic's."""
     kind, deep = buffers.depth.dtype.type, float(np.linalg.norm(buffers.view.cast_from_world[2, :3]))
-    return Mine(np.ascontiguousarray(points, kind), kind(radius), kind(options.bias * radius * deep))
+    return Mine(np.ascontiguousarray(radius * points, kind), kind(options.bias * radius * deep))
 
 
 ENTRIES = (summed("mine", mine, options=MyOptions, samples=lambda n: (make_samples("latin", n), None), count=16),)

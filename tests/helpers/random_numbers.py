@@ -317,7 +317,7 @@ class RandomView:
         return Vector(*(Number(self.by, single(texture[3 * texel + k])) for k in range(3)))
 
     def between(self, read, seen):
-        """What ``read`` gives of a texel, or between four."""
+        """Return what ``read`` gives of a texel, or between four."""
         if not isinstance(seen, Corners):
             return read(seen)
         (a, b, c, d), (x, y) = map(read, seen[:4]), seen[4:]

@@ -101,7 +101,7 @@ def corners_in(look, column, row, x, y, size):
 
 @formula
 def seen_at(look, u, v, texel, size):
-    """What formulas are given of an image point in a texel: the texel, or by a linear look the corners around it."""
+    """Return what formulas are given of an image point in a texel: the texel, or by a linear look four around it."""
     return unless_none(linear_of(look), texel, _corners_at, (look, u, v, size))
 
 

@@ -18,7 +18,8 @@ from lfssao.optics.view import View
 BORDERS = {"open": VALUE, "clamp": CLAMP, "repeat": WRAP, "mirror": MIRROR}
 BACKGROUND, CLEARED = "background", "cleared"
 BACKGROUNDS = "open", "occludes", CLEARED  # of estimators in which background may hide samples
-_FARTHEST, _EYE = 1e30, 1e-30
+LOOK_UPS = frozenset({"border", "filter", "cleared"})  # options of the look-up, and of no estimator's own text
+_FARTHEST, _EYE = 1e12, 1e-30
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Value
+from lfssao.ao.estimators.look_ups import CLEARED, LOOK_UPS
 from lfssao.ao.estimators.registry import ESTIMATORS, of_one_view
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.ao.textures import Buffers
@@ -121,18 +122,24 @@ def _own(estimator: Estimator, changes: Changes) -> Changes:
     return {o: v for o, v in changes.items() if type(estimator.parameters.get(o)) is type(v)}
 
 
+def _of_text(estimator: Estimator) -> dict[str, Value]:
+    """The options of an estimator's own text: look-ups are as they are by default in all cases."""
+    return {option: value for option, value in estimator.parameters.items() if option not in LOOK_UPS}
+
+
 def _option_recipes() -> Iterator[Recipe]:
     """Each estimator as it is, and each option changed."""
     for name, estimator in _ESTIMATORS.items():
         variants: list[tuple[str, str, Changes]] = [("", "", {}), ("_camera", "perspective", {})]
-        for option, default in estimator.parameters.items():
+        for option, default in _of_text(estimator).items():
             if isinstance(default, bool):
                 variants.append((f"_{option}", "", {option: not default}))
-            others = [choice for choice in estimator.said("choices").get(option, ()) if choice != default]
+            choices = estimator.said("choices").get(option, ())
+            others = [choice for choice in choices if choice not in (default, CLEARED)]
             needed = _own(estimator, _WITH.get(option, {}))
             variants += [(f"_{option}_{choice}", "", {**needed, option: choice}) for choice in others]
         numbers: Changes = {
-            o: _other(estimator, o, v) for o, v in estimator.parameters.items() if o in _OTHER or isinstance(v, float)
+            o: _other(estimator, o, v) for o, v in _of_text(estimator).items() if o in _OTHER or isinstance(v, float)
         }
         if numbers:
             variants.append(("_numbers", "", numbers))

@@ -15,6 +15,7 @@ from ssao_cases import drawn_turns
 
 from lfssao import Buffers, InputError, estimate
 from lfssao.ao.estimators import registry
+from lfssao.ao.estimators.look_ups import LOOK_UPS
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate_radii, find_estimator, of_one_view
 from lfssao.ao.ssao import Occlusion
 
@@ -54,8 +55,10 @@ def variants(entry):
         if isinstance(value, bool):
             yield {parameter: not value}
     for parameter, choices in entry.said("choices").items():
+        if parameter in LOOK_UPS:
+            continue
         more = {"second": 0.5} if "second" in entry.parameters else {}
-        yield from ({parameter: choice, **more} for choice in choices)
+        yield from ({parameter: choice, **more} for choice in choices if choice != "cleared")
 
 
 def memory(name, sight, width, height, options):
@@ -106,6 +109,8 @@ def test_estimators_equal_the_reference(name, dtype, data):
         if key not in entry.said("choices")
     }
     values |= {key: [x for x in values[key] if low <= x <= high] for key, (low, high) in ranges.items()}
+    values |= {key: [entry.parameters[key]] for key in entry.parameters if key in LOOK_UPS}  # test_look_ups.py
+    values["background"] = [each for each in values.get("background", ()) if each != "cleared"]
     options = {key: data.draw(st.sampled_from(values[key])) for key in entry.parameters}
     if entry.dimensions:
         points = data.draw(offsets(entry.dimensions)) * data.draw(st.sampled_from([1, entry.dimensions**0.5]))

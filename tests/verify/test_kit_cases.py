@@ -14,6 +14,7 @@ from reference.spiral import TURNS
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator, of_one_view
 from lfssao.samples import METHODS
 from lfssao.verify.kit.cases import RECIPES, make_case
+from lfssao.verify.kit.estimator_cases import text_options
 from lfssao.verify.kit.folder import read_case, read_index, write_kit
 from lfssao.verify.kit.specification import specification
 from lfssao.verify.kit.stages import STAGES
@@ -112,7 +113,7 @@ def test_the_text_has_the_type_of_every_option():
     rows = [row.strip("| ").split(" | ") for row in table.splitlines()[2:]]
     assert [kind for _, kind in rows] == [*words.values(), "number, binary64"]
     for name, estimator in ESTIMATORS.items():
-        for option, default in estimator.parameters.items():
+        for option, default in text_options(estimator).items():
             kinds = [kind for row, kind in rows if re.search(rf"`{option}`( of [a-z` ]*`{name}`|[,;]|$)", row)]
             assert kinds == ([words[type(default)]] if type(default) in words else []), (name, option)
 

@@ -58,7 +58,7 @@ def on_view(
     parameters = {
         "estimator": estimator.name,
         "radius": radius,
-        "options": {**estimator.parameters, **changes},
+        "options": {**text_options(estimator), **changes},
         "mapping": described(view.world_to_image),
         "viewer_distance": view.viewer_distance().tolist(),
         "view": views.view_numbers(view),
@@ -122,16 +122,19 @@ def _own(estimator: Estimator, changes: Changes) -> Changes:
     return {o: v for o, v in changes.items() if type(estimator.parameters.get(o)) is type(v)}
 
 
-def _of_text(estimator: Estimator) -> dict[str, Value]:
+def text_options(estimator: Estimator) -> dict[str, Value]:
     """The options of an estimator's own text: look-ups are as they are by default in all cases."""
-    return {option: value for option, value in estimator.parameters.items() if option not in LOOK_UPS}
+    made = {option: value for option, value in estimator.parameters.items() if option not in LOOK_UPS}
+    background = made.pop("background", None)
+    is_text = "occludes" in estimator.said("choices").get("background", ())
+    return {**made, "background": background} if background is not None and is_text else made
 
 
 def _option_recipes() -> Iterator[Recipe]:
     """Each estimator as it is, and each option changed."""
     for name, estimator in _ESTIMATORS.items():
         variants: list[tuple[str, str, Changes]] = [("", "", {}), ("_camera", "perspective", {})]
-        for option, default in _of_text(estimator).items():
+        for option, default in text_options(estimator).items():
             if isinstance(default, bool):
                 variants.append((f"_{option}", "", {option: not default}))
             choices = estimator.said("choices").get(option, ())
@@ -139,7 +142,9 @@ def _option_recipes() -> Iterator[Recipe]:
             needed = _own(estimator, _WITH.get(option, {}))
             variants += [(f"_{option}_{choice}", "", {**needed, option: choice}) for choice in others]
         numbers: Changes = {
-            o: _other(estimator, o, v) for o, v in _of_text(estimator).items() if o in _OTHER or isinstance(v, float)
+            o: _other(estimator, o, v)
+            for o, v in text_options(estimator).items()
+            if o in _OTHER or isinstance(v, float)
         }
         if numbers:
             variants.append(("_numbers", "", numbers))

@@ -11,10 +11,10 @@ from reference import kit as reference
 from reference import mapping
 from reference.spiral import TURNS
 
+from lfssao.ao.estimators.look_ups import text_options
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator, of_one_view
 from lfssao.samples import METHODS
 from lfssao.verify.kit.cases import RECIPES, make_case
-from lfssao.verify.kit.estimator_cases import text_options
 from lfssao.verify.kit.folder import read_case, read_index, write_kit
 from lfssao.verify.kit.specification import specification
 from lfssao.verify.kit.stages import STAGES
@@ -140,7 +140,7 @@ def test_a_case_is_small_and_its_outputs_lie_within_their_bounds(kit, name):
 @pytest.mark.parametrize("name", [name for name in RECIPES if name.startswith("estimator_")])
 def test_an_option_that_is_changed_shows_in_its_case(kit, name):
     case = read_case(kit / "cases" / name)
-    options = dict(find_estimator(case.parameters["estimator"]).parameters)
+    options = text_options(find_estimator(case.parameters["estimator"]))
     plain = STAGES["estimator"]({**case.parameters, "options": options}, case.inputs)["occlusion"]
     assert (plain != case.outputs["occlusion"]).any() == (case.parameters["options"] != options)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.estimator import Options, option
+from lfssao.ao.estimators.estimator import Estimator, Options, Value, option
 from lfssao.ao.kernels.look_up import CLAMP, MIRROR, NOTHING, VALUE, WRAP, Look
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.optics.kernels.rays import write_lines
@@ -57,6 +57,14 @@ class LookUps(Bordered):
         "this place: its distance along a camera's axis, 0 its eye; of a display metres behind the screen",
         limits=(-_FARTHEST, _FARTHEST),
     )
+
+
+def text_options(estimator: Estimator) -> dict[str, Value]:
+    """Return the default options of an estimator's own text, without those of its look-ups."""
+    made = {option: value for option, value in estimator.parameters.items() if option not in LOOK_UPS}
+    background = made.pop("background", None)
+    is_text = BACKGROUNDS[1] in estimator.said("choices").get("background", ())
+    return {**made, "background": background} if background is not None and is_text else made
 
 
 def cleared_z(options: Options) -> float | None:

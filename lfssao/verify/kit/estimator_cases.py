@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Value
-from lfssao.ao.estimators.look_ups import CLEARED, LOOK_UPS
+from lfssao.ao.estimators.look_ups import CLEARED, text_options
 from lfssao.ao.estimators.registry import ESTIMATORS, of_one_view
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.ao.textures import Buffers
@@ -120,14 +120,6 @@ _WITH: dict[str, Changes] = {"combine": {"second": 0.5}, "background": {"range_c
 def _own(estimator: Estimator, changes: Changes) -> Changes:
     """Those of some options that an estimator has, with values of that type."""
     return {o: v for o, v in changes.items() if type(estimator.parameters.get(o)) is type(v)}
-
-
-def text_options(estimator: Estimator) -> dict[str, Value]:
-    """The options of an estimator's own text: look-ups are as they are by default in all cases."""
-    made = {option: value for option, value in estimator.parameters.items() if option not in LOOK_UPS}
-    background = made.pop("background", None)
-    is_text = "occludes" in estimator.said("choices").get("background", ())
-    return {**made, "background": background} if background is not None and is_text else made
 
 
 def _option_recipes() -> Iterator[Recipe]:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from lfssao.cli import values
-from lfssao.cli.estimators import chosen
 from lfssao.cli.terminal import printable, progress, working
 from lfssao.core.memory import keep_freed_memory
 from lfssao.errors import InputError, errors_of
@@ -75,8 +74,10 @@ def _compare(options: argparse.Namespace) -> int:
             raise InputError(f"--{name}: there is no folder {Path(target).parent}")
     layers, cases = (None if names is None else names.split(",") for names in (options.layers, options.cases))
     if options.estimator is not None:
+        from lfssao.ao.estimators.own import read_estimator  # as in cli/estimators.py
+
         with errors_of("--estimator"):
-            chosen(options.estimator)
+            read_estimator(options.estimator)
     rules = {reference: mine for mine, reference in values.pairs("--map", options.map, "MINE=REFERENCE", 1)}
     comparison = Comparison(
         Path(options.mine),

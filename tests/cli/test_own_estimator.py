@@ -59,3 +59,8 @@ def test_workers_of_a_scheduler_do_not_know_it(tmp_path, capsys):
     words = "--estimator", str(mine), "--scheduler", "local", "-o", str(tmp_path / "out")
     assert main(["render", *JOB, *words]) == 2
     assert "--scheduler: its workers do not know an estimator of one's own" in capsys.readouterr().err
+
+
+def test_compare_asks_for_a_file_and_not_for_a_name(tmp_path, capsys):
+    assert main(["compare", str(tmp_path), str(tmp_path), "--estimator", "sao"]) == NOT_COMPARED
+    assert "--estimator: sao" in capsys.readouterr().err

@@ -20,30 +20,24 @@ BACKGROUND, CLEARED = "background", "cleared"
 BACKGROUNDS = "open", "occludes", CLEARED  # of estimators in which background may hide samples
 LOOK_UPS = frozenset({"border", "filter", "cleared"})  # options of the look-up, and of no estimator's own text
 _FARTHEST, _EYE = 1e12, 1e-30
+_BEYOND = (
+    "what a sample beyond the border sees: nothing, so that it adds nothing; a texel inside, by GPU samplers' clamp to "
+    "edge, repeat or mirrored repeat"
+)
 
 
 @dataclass(frozen=True)
 class Bordered(Options):
     """Options of estimators whose samples are looked up in texels."""
 
-    border: str = option(
-        "open",
-        "what a sample beyond the border sees: nothing, so that it adds nothing, or a texel inside, by GPU samplers' "
-        "clamp to edge, repeat or mirrored repeat",
-        choices=tuple(BORDERS),
-    )
+    border: str = option("open", _BEYOND, choices=tuple(BORDERS))
 
 
 @dataclass(frozen=True)
 class LookUps(Bordered):
     """Options of estimators that compare each sample with the surface of a texel."""
 
-    border: str = option(
-        "open",
-        "what a sample beyond the border sees: nothing, so that it adds nothing; a texel inside, by GPU samplers' "
-        "clamp to edge, repeat or mirrored repeat; or background",
-        choices=(*BORDERS, BACKGROUND),
-    )
+    border: str = option("open", f"{_BEYOND}; or background", choices=(*BORDERS, BACKGROUND))
     background: str = option(
         "open", "whether background hides nothing, or textures are cleared to a place there", choices=("open", CLEARED)
     )

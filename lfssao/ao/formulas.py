@@ -46,6 +46,9 @@ class Seen(Protocol):
     def turn(self, texel: Any) -> Any:
         """Cosine and sine by which the texel's samples turn."""
 
+    def noise(self, texel: Any) -> Any:
+        """The texel's noise vector in world space, as it is given; of turns cosine rightward and sine upward."""
+
     def turn_by_angle(self, texel: Any) -> Any:
         """Cosine and sine as of ``turn``; a renderer may add the angle to a sample's own instead."""
 
@@ -220,21 +223,22 @@ def float_view(buffers: Buffers, words: Container[str], options: Options) -> Flo
         surfaces = cast_depth(buffers).ravel()
         if cleared is not None:
             surfaces[~(depth.ravel() < np.inf)] = cleared  # and not as rounded on its way through a position
-    positions = np.ascontiguousarray(buffers.positions)
+    positions, turns = np.ascontiguousarray(buffers.positions), turns_of(buffers)
     made = FloatView(
         depth=np.ascontiguousarray(depth).ravel(),
         surfaces=surfaces,
         positions=positions.ravel(),
         normals=(positions if buffers.normals is None else np.ascontiguousarray(buffers.normals)).ravel(),
         directions=buffers.directions.ravel() if "direction" in words else None,
-        turns=turns_of(buffers),
+        turns=turns,
         kind=mapping.kind,
         rows=np.concatenate([mapping.numbers[:8], divisor, z]).astype(dtype),
         lens=np.ascontiguousarray(mapping.numbers[12:], dtype),
-        axes=np.ascontiguousarray(view.world_from_cast[:, :2].T, dtype).ravel(),
+        axes=np.ascontiguousarray(view.world_from_cast[:, :3].T * [[1], [1], [-1]], dtype).ravel(),
         width=buffers.depth.shape[1],
         divides=True if of_image and mapping.kind == MATRIX else None,
         look=look_of(options, depth.size),
+        third=turns[2] if len(turns) == 3 else None,
     )
     if made.look is None or made.look.outside == NOTHING:
         return made

@@ -33,9 +33,9 @@ class Buffers:
         World coordinates, +infinity where there is no surface.
     normals : (H, W, 3), same dtype, or None
         Unit normals in world space, towards the viewer, 0 where there is no surface; None where none were made.
-    turns : (2, H, W), same dtype, or None
-        Cosine and sine by which each texel's samples are turned about world z (``lfssao.samples.texel_turns``); None
-        where all texels share them.
+    turns : (2, H, W) or (3, H, W), same dtype, or None
+        Cosine and sine by which each texel's samples are turned about world z (``lfssao.samples.texel_turns``), or x, y
+        and z of its noise vector (``lfssao.samples.noise_turns``); None where all texels share them.
     neighbours : tuple of (WorldToImage, (H_k, W_k) texture of the same dtype)
         Mapping and depth texture, image z, of each other module that estimator lf-neighbours asks; empty by default.
 
@@ -66,7 +66,7 @@ class Buffers:
         for name, texture in (("positions", self.positions), ("normals", self.normals)):
             if texture is not None:
                 check_fit(name, texture, self.depth, 3)
-        check_turns(self.turns, self.depth)
+        check_turns(self.turns, self.depth, 2 if self.turns is None or np.shape(self.turns)[:1] != (3,) else 3)
         check_neighbours(self.neighbours, self.depth)
 
     @classmethod
@@ -110,10 +110,10 @@ def check_fit(name: str, texture: Texture, other: Texture, *channels: int) -> No
     _check_shape(name, texture, (*other.shape, *channels), other.dtype)
 
 
-def check_turns(turns: Texture | None, depth: Texture) -> None:
-    """Refuse turns whose shape is not (2, H, W) of the depth texture's, or whose dtype is another."""
+def check_turns(turns: Texture | None, depth: Texture, numbers: int = 2) -> None:
+    """Refuse turns whose shape is not (numbers, H, W) of the depth texture's, or whose dtype is another."""
     if turns is not None:
-        _check_shape("turns", turns, (2, *depth.shape), depth.dtype)
+        _check_shape("turns", turns, (numbers, *depth.shape), depth.dtype)
 
 
 def check_neighbours(neighbours: Sequence[Neighbour], depth: Texture) -> None:

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
 from lfssao.ao.estimators.published import find_published, published_names, published_text
-from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator, full_parameters
+from lfssao.ao.estimators.registry import ESTIMATORS, check_samples, find_estimator, full_parameters
 from lfssao.cli import values
 from lfssao.errors import InputError, errors_of
-from lfssao.rendering.image_file import ENDINGS, Size, read_angles
+from lfssao.rendering.image_file import ENDINGS, Size, read_noise
 from lfssao.samples import make_samples
+from lfssao.samples.formats import read_points
 
 TEMPLATES = "sum", "fold"
 
@@ -136,27 +137,48 @@ def read_parameters(
 
 
 def read_rotation(options: argparse.Namespace, sizes: Collection[Size]) -> str | NDArray[Any] | None:
-    """The rotation that ``--rotate`` and ``--rotate-rows`` ask for; InputError for a file without angles of a size."""
+    """The rotation that ``--rotate`` and ``--rotate-rows`` ask for; InputError for a file without angles or vectors."""
     name: str | None = options.rotate
     rows = options.rotate_rows
     if name is not None and name.lower().endswith(ENDINGS):
         with errors_of("--rotate"):
-            return read_angles(Path(name), rows == "below", sizes)
+            return read_noise(Path(name), rows == "below", sizes)
     if rows is not None:
-        raise InputError(f"--rotate-rows is for a file of angles ({', '.join(ENDINGS)}), give it by --rotate")
+        raise InputError(f"--rotate-rows is for a file ({', '.join(ENDINGS)}) that --rotate gives")
     return name
 
 
+def _samples_of(estimator: Estimator, path: Path) -> tuple[FloatArray, FloatArray | None]:
+    """Points and weights of a file, as they are; InputError if the estimator takes no such points, or no weights."""
+    with errors_of("--samples"):
+        points, weights, domain = read_points(path)
+        fitting = {2: ("disk",), 3: ("ball", "sphere")}[estimator.dimensions]
+        if points.shape[1] != estimator.dimensions or domain not in (None, *fitting):
+            said = f"points of the {domain}" if domain else f"points of {points.shape[1]} numbers"
+            raise InputError(f"{path}: it has {said}, estimator {estimator.name} takes points of the {fitting[0]}")
+        if weights is not None and estimator.default_samples()[1] is None:
+            raise InputError(f"{path}: it has weights, which estimator {estimator.name} does not read")
+        if len(points) > values.MOST_SAMPLES:
+            raise InputError(f"{path}: it has {len(points)} points, at most {values.MOST_SAMPLES} are taken")
+        check_samples(estimator, points, weights)
+    return points, weights
+
+
 def read_samples(
-    estimator: Estimator, method: str | None, count: int | None, seed: int | None
+    estimator: Estimator, method: str | None, count: int | Path | None, seed: int | None
 ) -> tuple[dict[str, Any], FloatArray | None, FloatArray | None]:
     """The samples that ``--sampling``, ``--samples`` and ``--seed`` ask for: manifest's entry, points and weights.
 
-    The entry has the method, 'own' for a set that is the estimator's. Raises InputError if the method is unknown, or
-    the estimator takes no samples, or none in the ball.
+    The entry has the method, 'own' for a set that is the estimator's, 'file' for one of a file. Raises InputError if
+    the method is unknown, the file holds no such samples, or the estimator takes no samples, or none in the ball.
     """
     if estimator.dimensions == 0 and (method, count, seed) != (None, None, None):
         raise InputError(f"--samples, --sampling, --seed: estimator {estimator.name} takes no samples")
+    if isinstance(count, Path):
+        if method is not None or seed is not None:
+            raise InputError(f"--samples: {count} has the samples, and a --sampling or a --seed would make others")
+        given, weights = _samples_of(estimator, count)
+        return {"method": "file", "count": len(given), "seed": 0}, given, weights
     n = estimator.count if count is None else count
     if method is None and (seed is None or estimator.sampling is None):
         if seed is not None:

@@ -59,14 +59,15 @@ _HELP = {
     "--units": "of parameters that are lengths, their defaults too: radii, or world for scene units (default: radii)",
     "--neighbours": "count a sample as occluded only if none of the K nearest modules sees it in the open: estimator "
     "lf-neighbours (default: 0)",
-    "--samples": f"samples of each texel and radius, up to {MOST_SAMPLES} (default: the estimator's paper's, LF's 8)",
-    "--sampling": "latin, jittered, poisson, sobol, ...: any method of the ball that 'lfssao samples make' lists "
-    "(default: the estimator's own, LF's is latin)",
+    "--samples": f"samples of each texel and radius, up to {MOST_SAMPLES} (default: the estimator's paper's, LF's 8); "
+    "or a file of them, as 'lfssao samples make' writes it, a shader's array, or a manifest's own",
+    "--sampling": "latin, jittered, poisson, sobol, ...: any method of the ball that 'lfssao samples make' lists, from "
+    "r_min 0.8 to 1, LF's shell (default: the estimator's own, LF's is latin)",
     "--seed": "seed of the samples, 0 to 2**64 - 1 (default: 0)",
     "--blur": f"sigma of the blur, texels, up to {MOST_BLUR:g}; 0: none (default: 1)",
-    "--rotate": f"turn each texel's samples: {', '.join(ROTATIONS)}; hash by the seed; or by the radians of a file "
-    "(default: the estimator's own, hash of LF's)",
-    "--rotate-rows": "where a file of angles begins (default: above)",
+    "--rotate": f"turn each texel's samples: {', '.join(ROTATIONS)}; hash by the seed; or by the radians "
+    "or noise vectors of a file, of all texels or a square tile (default: the estimator's own, hash of LF's)",
+    "--rotate-rows": "where a file of --rotate, or each of its tiles, begins (default: above)",
     "--filter": "how the mesh's colour textures are read: bilinear or nearest (default: bilinear)",
     "--normals": "write world normals too: geometric (default) or smooth, from the mesh's vertices where it has them",
     "--layers": f"keep and write only these of {', '.join(LAYERS)}, and compute only what they need "
@@ -86,7 +87,7 @@ _AO_OPTIONS: dict[str, dict[str, Any]] = {
     "--estimator": {"metavar": "NAME"},
     "--like": {"metavar": "NAME"},
     "--parameter": {"type": values.parameter, "action": "append", "metavar": "NAME=VALUE"},
-    "--samples": {"type": values.samples, "metavar": "N"},
+    "--samples": {"type": values.samples_or_file, "metavar": "N|FILE"},
     "--sampling": {"metavar": "NAME"},
     "--units": {"default": "radii", "metavar": "NAME"},
     "--seed": {"type": values.seed, "metavar": "N"},
@@ -208,8 +209,9 @@ def ao_settings(
     with errors_of("--estimator"):
         estimator = estimators.chosen(options.estimator)
     parameters = estimators.read_parameters(estimator, options.parameter, others)
-    turning = options.rotate == "hash"  # takes the seed, where samples do not
-    seed = None if turning and options.sampling is None and estimator.sampling is None else options.seed
+    turning = (options.rotate or estimator.rotation) == "hash"  # takes the seed, where samples do not
+    own = estimator.sampling is None or isinstance(options.samples, Path)
+    seed = None if turning and options.sampling is None and own else options.seed
     sampling, samples, weights = estimators.read_samples(estimator, options.sampling, options.samples, seed)
     return sampling, Settings(
         radii=radii,

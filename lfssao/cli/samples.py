@@ -72,8 +72,8 @@ def _add_set(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_shell(parser: argparse.ArgumentParser) -> None:
-    for name, default in (("--r-min", 0.0), ("--r-max", 1.0)):
-        shell = f"the ball's shell (default: {default:g})"
+    for name, default, more in (("--r-min", 0.0, "; 'lfssao render --sampling' takes 0.8"), ("--r-max", 1.0, "")):
+        shell = f"the ball's shell (default: {default:g}{more})"
         parser.add_argument(name, type=values.radius, default=default, metavar="R", help=shell)
 
 
@@ -103,7 +103,7 @@ def _sample_set(options: argparse.Namespace) -> SampleSet:
 def _make(options: argparse.Namespace) -> None:
     if options.method is None:
         for domain, methods in METHODS.items():
-            print(f"{domain}:")
+            print(f"{domain}{', r_min 0, or 0.8 by --sampling of a render' if domain == 'ball' else ''}:")
             for method in methods.values():
                 print(f"  {method.name}: {method.title} ({method.source}); {', '.join(method.promises)}")
         return

@@ -67,6 +67,11 @@ positive = number("a number above 0", lambda value: 0 < value <= LARGEST_RADIUS)
 finite = number("a finite number", math.isfinite)
 
 
+def samples_or_file(text: str) -> int | Path:
+    """A number of samples, or a file of them, whose name has an ending."""
+    return Path(text) if re.search(r"\.[A-Za-z]+$", text) else samples(text)
+
+
 def radii(text: str) -> tuple[tuple[float, bool], ...]:
     """Radii, and whether each is in per cent of the scene's diagonal."""
     return tuple((radius(word.removesuffix("%")), word.endswith("%")) for word in text.split(","))

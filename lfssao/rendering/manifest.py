@@ -21,7 +21,8 @@ from lfssao.scene.mesh import Mesh
 
 FORMAT = 1
 MANIFEST = "manifest.json"
-ANGLES = "angles.npy"  # of texels, where they are no rotation that has a name
+# Angles or vectors of texels, where they are no rotation that has a name, by the names of the setting 'rotation'.
+NOISE = {"angles": "angles.npy", "vectors": "vectors.npy"}
 _PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "OpenImageIO", "pillow")
 
 
@@ -60,7 +61,7 @@ def describe_scene(mesh: Mesh) -> dict[str, Any]:
 
 
 def describe_settings(settings: Settings) -> dict[str, Any]:
-    """All settings of the AO passes, the sample table included; angles of texels are in a file of their own."""
+    """All settings of the AO passes, the sample table included; noise of one's own is in a file of its own."""
     angles = settings.rotation if isinstance(settings.rotation, np.ndarray) else None
     text = find_estimator(settings.estimator).text
     return {
@@ -72,7 +73,7 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
         "radii": list(settings.radii),
         "samples": None if settings.samples is None else np.asarray(settings.samples).tolist(),
         "weights": None if settings.weights is None else np.asarray(settings.weights).tolist(),
-        "rotation": settings.rotation if angles is None else "angles",
+        "rotation": settings.rotation if angles is None else name_of_noise(angles),
         "angles_sha256": None if angles is None else digest(angles),
         "rotation_seed": settings.rotation_seed,
         "blur_sigma": settings.blur,
@@ -83,6 +84,11 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
         "layers": list(settings.kept),
         "caster": settings.caster,
     }
+
+
+def name_of_noise(noise: NDArray[Any]) -> str:
+    """The name of ``NOISE`` of angles, (h, w), or vectors, (h, w, 2 or 3)."""
+    return "angles" if noise.ndim == 2 else "vectors"
 
 
 def describe_view(view: View) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, st
 from lfssao.rendering.exr import Part, is_sealed, read_exr, write_exr
 from lfssao.rendering.folder import display_of, fill
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.manifest import ANGLES, FORMAT, MANIFEST, describe_view, digest
+from lfssao.rendering.manifest import FORMAT, MANIFEST, NOISE, describe_view, digest, name_of_noise
 from lfssao.rendering.passes import Textures
 from lfssao.rendering.settings import Settings
 from lfssao.rendering.viewer import LightField
@@ -189,7 +189,7 @@ def make_ready(job: Job, items: Collection[Item]) -> None:
     for frame in range(job.frame_count):
         remove_leftovers(job.frame_folder(frame))
     frames = {item.frame for item in items}
-    old = [job.frame_folder(frame) / name for frame in frames for name in (MANIFEST, ANGLES, SHEET, VIEW)]
+    old = [job.frame_folder(frame) / name for frame in frames for name in (MANIFEST, *NOISE.values(), SHEET, VIEW)]
     for path in (job.folder / ANIMATION, *old):
         if path.exists() and not path.is_dir():
             path.unlink()
@@ -260,7 +260,8 @@ def put_view(field: LightField, job: Job, item: Item, textures: Textures) -> Non
 
 
 def write_manifest(folder: Path, manifest: dict[str, Any], settings: Settings) -> None:
-    """Write a manifest, and the angles that it speaks of."""
+    """Write a manifest, and the angles or vectors that it speaks of."""
     if isinstance(settings.rotation, np.ndarray):
-        write_whole(folder / ANGLES, partial(write_npy, array=settings.rotation))
+        file = folder / NOISE[name_of_noise(settings.rotation)]
+        write_whole(file, partial(write_npy, array=settings.rotation))
     write_text(folder / MANIFEST, json.dumps(manifest, indent=1, allow_nan=False) + "\n")

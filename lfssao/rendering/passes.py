@@ -25,7 +25,7 @@ from lfssao.rendering.exr import write_exr
 from lfssao.rendering.neighbours import DepthCache
 from lfssao.rendering.settings import Settings, default_radii
 from lfssao.rendering.views import module_views, neighbour_views
-from lfssao.samples.rotation import angle_turns
+from lfssao.samples.rotation import noise_turns
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 
@@ -184,9 +184,8 @@ def occlusions(buffers: Buffers, settings: Settings) -> list[Occlusion]:
     """Occlusion of each radius: equal radii are computed once, and one sample stands for all of radius 0."""
     rotation, depth = settings.rotation, buffers.depth
     if isinstance(rotation, np.ndarray):
-        if rotation.shape != depth.shape:
-            raise InputError(f"rotation: angles have shape {rotation.shape}, textures with guard {depth.shape}")
-        buffers = replace(buffers, turns=angle_turns(rotation, depth.dtype))
+        height, width = depth.shape
+        buffers = replace(buffers, turns=noise_turns(rotation, height, width, depth.dtype))
     elif rotation not in (None, "none"):
         buffers = buffers.turned(rotation, settings.rotation_seed)
     radii = list(dict.fromkeys(settings.radii))

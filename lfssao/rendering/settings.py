@@ -17,7 +17,7 @@ from lfssao.core.arguments import check_seed, check_whole
 from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
 from lfssao.gbuffer.caster import CASTERS, COLOR_FILTERS, NORMALS
 from lfssao.gbuffer.embree import require_embree
-from lfssao.samples.rotation import check_angles, check_rotation
+from lfssao.samples.rotation import check_noise, check_rotation
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 
@@ -80,10 +80,10 @@ class Settings:
         'lf' 'lf-neighbours', which needs at least one; no other estimator takes any.
     caster : str
         'exact', or 'embree' for Embree's own first hits (``RayCaster.gbuffer``).
-    rotation : str, (H, W) float32 or float64, or None
-        How samples turn from texel to texel, a name of ``lfssao.samples.ROTATIONS`` or the angle of each texel, guard
-        band included, radians; 'none': all texels share them. For estimators that know it. None becomes the
-        estimator's own, 'hash' of lf, point and hemisphere.
+    rotation : str, (h, w) or (h, w, 2 or 3) float32 or float64, or None
+        How samples turn from texel to texel, a name of ``lfssao.samples.ROTATIONS``, or angles or noise vectors of
+        one's own (``lfssao.samples.noise_turns``); 'none': all texels share them. For estimators that know it. None
+        becomes the estimator's own, 'hash' of lf, point and hemisphere.
     rotation_seed : int
         Seed of the rotation 'hash', 0 to 2**64 - 1.
     layers : tuple of str, or None
@@ -148,8 +148,10 @@ class Settings:
         if isinstance(self.rotation, str):
             check_rotation(self.rotation, self.rotation_seed)
         else:
-            check_angles(self.rotation)
-        if not isinstance(self.rotation, str) or self.rotation != "none":
+            check_noise(self.rotation)
+        if isinstance(self.rotation, np.ndarray):
+            check_turning(estimator, bool(self.rotation.ndim == 3 and self.rotation[..., 2:].any()))
+        elif self.rotation != "none":
             check_turning(estimator)
         common = isinstance(self.rotation, str) and self.rotation == "common-hash"
         if self.parameters.get("angle_sum") == "float32" and not common:

@@ -1,11 +1,12 @@
 from .engine import Sampler
 from .registry import METHODS, find_method, make_samples, sample_set, square_points
 from .repulsion import repulsion_table
-from .rotation import ROTATIONS, angle_turns, texel_angles, texel_turns
+from .rotation import ROTATIONS, angle_turns, noise_turns, texel_angles, texel_turns
 from .sets import SampleSet
 from .spiral import best_turns, spiral_discrepancy
 
 __all__ = [
     "METHODS", "ROTATIONS", "SampleSet", "Sampler", "angle_turns", "best_turns", "find_method", "make_samples",
-    "repulsion_table", "sample_set", "spiral_discrepancy", "square_points", "texel_angles", "texel_turns",
+    "noise_turns", "repulsion_table", "sample_set", "spiral_discrepancy", "square_points", "texel_angles",
+    "texel_turns",
 ]  # fmt: skip

@@ -14,6 +14,13 @@ from lfssao.core.npy import read_npy
 from lfssao.errors import InputError, check_choice
 from lfssao.samples.sets import FloatArray, SampleSet
 
+_SHADERS = (".glsl", ".frag", ".hlsl", ".h")
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?[fF]?"
+_NUMBERS = rf"{_NUMBER}(?:\s*,\s*{_NUMBER})*"
+_VECTOR = rf"(?:\w*\s*\(|\{{)\s*{_NUMBERS}\s*[)}}]"  # vec3(x, y, z), float3(x, y, z) or {x, y, z}
+_ITEMS = rf"(?P<vectors>{_VECTOR}(?:\s*,\s*{_VECTOR})*)|(?P<numbers>{_NUMBERS})"
+_ARRAY = re.compile(rf"(?P<name>\w+)\s*\[\w*\]\s*=\s*(?:\w+\s*\[\w*\]\s*\(|\{{)\s*(?:{_ITEMS})\s*,?\s*[)}}]\s*;")
+_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _AXES = {"square": ("xi_1", "xi_2"), "disk": ("x", "y"), "sphere": ("x", "y", "z"), "ball": ("x", "y", "z")}
 
 
@@ -73,11 +80,13 @@ def read_points(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
     """Read points (n, d), weights (n,) or None, and the domain, if it is named, from a file.
 
     .csv, .txt, .dat: two or three columns, as of ``np.savetxt``, and one called 'weight' if the first line has names;
-    .json: an object with 'points', or the list of points itself; .npy: (n, 2) or (n, 3). InputError if the file cannot
-    be read, or does not hold points.
+    .json: an object with 'points', the list of points itself, or the manifest of a render; .npy: (n, 2) or (n, 3);
+    .glsl, .frag, .hlsl, .h: a shader's text with one array of vectors, and one of numbers called weights if it has
+    them. InputError if the file cannot be read, or does not hold points.
     """
     readers: dict[str, Callable[[Path], Any]] = dict.fromkeys((".csv", ".txt", ".dat"), _read_text)
     readers |= {".json": _read_json, ".npy": lambda path: (read_npy(path).astype(np.float64), None, None)}
+    readers |= dict.fromkeys(_SHADERS, _read_shader)
     check_choice("format of points", path.suffix.lower(), readers)
     points, weights, domain = readers[path.suffix.lower()](path)
     if points.ndim != 2 or points.shape[1] not in (2, 3) or len(points) == 0:
@@ -108,6 +117,9 @@ def _read_text(path: Path) -> tuple[FloatArray, FloatArray | None, None]:
 def _read_json(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
     data = read_json(path)
     facts = data if isinstance(data, dict) else {"points": data}
+    settings = facts.get("settings")
+    if isinstance(settings, dict) and "points" not in facts:  # of a manifest
+        facts = {"points": settings.get("samples"), "weights": settings.get("weights")}
     if "points" not in facts:
         raise InputError(f"{path}: it has no 'points'")
     domain = facts.get("domain")
@@ -116,6 +128,23 @@ def _read_json(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
     weights = facts.get("weights")
     points = _numbers(path, "points", facts["points"])
     return points, None if weights is None else _numbers(path, "weights", weights), domain
+
+
+def _read_shader(path: Path) -> tuple[FloatArray, FloatArray | None, None]:
+    arrays = list(_ARRAY.finditer(_COMMENT.sub(" ", read_text(path))))
+    vectors = [found for found in arrays if found["vectors"]]
+    weights = [_list(found["numbers"]) for found in arrays if found["numbers"] and "weight" in found["name"].lower()]
+    if len(vectors) != 1 or len(weights) > 1:
+        raise InputError(
+            f"{path}: it has {len(vectors)} arrays of vectors and {len(weights)} of weights, all numbers, expected one"
+        )
+    rows = [_list(row) for row in re.findall(_NUMBERS + r"(?=\s*[)}])", vectors[0]["vectors"])]
+    points = _numbers(path, vectors[0]["name"], rows)
+    return points, _numbers(path, "weights", weights[0]) if weights else None, None
+
+
+def _list(text: str) -> list[float]:
+    return [float(number.strip().rstrip("fF")) for number in text.split(",")]
 
 
 def _numbers(path: Path, key: str, value: Any) -> FloatArray:

@@ -4,7 +4,7 @@ LF spawns random samples in the shader (section 4), SAO turns its spiral by a ha
 by a texture of random numbers. An angle is a function of the texel's place alone, so that any renderer can make it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
@@ -14,13 +14,15 @@ from numpy.typing import NDArray
 
 from lfssao.core.arguments import MOST_TEXELS, check_seed, check_unmasked, check_whole
 from lfssao.core.elementary import PI
-from lfssao.errors import InputError, check_choice, shown
+from lfssao.errors import InputError, check_choice, errors_of, shown
 from lfssao.samples.kernels import spiral
 from lfssao.samples.kernels.square import R2
 from lfssao.samples.sets import FloatArray, fill, read_table
 
 TILE = 64  # texels a side of the blue noise tile
 LARGEST_ANGLE = 2.0**32  # radians
+MOST_TILE = 256  # texels a side of a tile of one's own: another file that does not fit is a mistake
+_LONGEST = 1024.0  # a coordinate of a noise vector
 
 # 1 / (2 pi) in units of 2**-64 and the next 64 bits of it, the latter in two halves.
 _INVERSE_TURN = 0x28BE60DB9391054A, 0x7F09D5F4, 0x7D4D3770
@@ -181,6 +183,19 @@ def _arithmetic(dtype: Any) -> np.dtype[Any]:
     return kind
 
 
+def check_noise(noise: Any) -> None:
+    """Refuse, by an InputError, all but angles (``check_angles``) and vectors (h, w, 2 or 3) of float32 or float64."""
+    if not isinstance(noise, np.ndarray) or noise.ndim != 3:
+        check_angles(noise)
+        return
+    check_unmasked("rotation", noise)
+    if noise.dtype not in (np.float32, np.float64) or noise.shape[2] not in (2, 3) or 0 in noise.shape:
+        found = f"{noise.dtype} {noise.shape}"
+        raise InputError(f"rotation: vectors are {found}, expected float32 or float64 of shape (h, w, 2) or (h, w, 3)")
+    if not (np.abs(noise) <= _LONGEST).all():
+        raise InputError(f"rotation: a vector has a number that is not from {-_LONGEST:g} to {_LONGEST:g}")
+
+
 def check_angles(radians: Any) -> None:
     """Refuse, by an InputError, all but an array (H, W) of float32 or float64, from -2**32 to 2**32."""
     check_unmasked("rotation", radians)
@@ -208,3 +223,37 @@ def angle_turns(radians: NDArray[np.floating[Any]], dtype: np.dtype[Any]) -> NDA
         angles -= whole * part
     spiral.turns_of(angles / PI, turns)
     return turns
+
+
+def noise_turns(
+    noise: NDArray[np.floating[Any]], height: int, width: int, dtype: np.dtype[Any]
+) -> NDArray[np.floating[Any]]:
+    """Return the turns of a texture's samples by angles or noise vectors of one's own: ``Buffers.turns``.
+
+    noise: radians, (h, w), as of ``angle_turns``, or vectors as a shader reads them, (h, w, 2 or 3) in float32 or
+    float64: along the view's rightward, upward direction and towards the viewer. It is of the texture's size, guard
+    band included, or a square tile of at most 256 texels a side, which is repeated from the upper left texel on
+    (InputError if neither). The result is (2, height, width), cosine and sine, or x and y as they are, and (3, height,
+    width) where a vector has a z other than 0. Each is rounded once to the dtype, that of the depth texture.
+
+    >>> noise_turns(np.array([[[0.6, 0.8, -1.0]]]), 2, 2, np.dtype(np.float32))[2].tolist()
+    [[-1.0, -1.0], [-1.0, -1.0]]
+    """
+    check_noise(noise)
+    with errors_of("rotation"):
+        check_tile(noise.shape[:2], [(height, width)])
+    rows, columns = (np.arange(size) % own for size, own in zip((height, width), noise.shape, strict=False))
+    whole = noise[np.ix_(rows, columns)]
+    if noise.ndim == 2:
+        return angle_turns(whole, dtype)
+    made = np.moveaxis(whole, 2, 0).astype(_arithmetic(dtype), order="C")
+    return made if made[2:].any() else made[:2]
+
+
+def check_tile(size: Sequence[int], sizes: Collection[tuple[int, int]]) -> None:
+    """Refuse, by an InputError, angles or vectors whose size, height and width, is neither a texture's nor a tile's."""
+    (h, w), wanted = size, " or ".join(f"{width}x{height}" for height, width in sorted(sizes)[:3])
+    for height, width in sizes:
+        if (h, w) != (height, width) and not h == w <= MOST_TILE:
+            tile = f"a tile is a square of up to {MOST_TILE}x{MOST_TILE}"
+            raise InputError(f"it has {w}x{h} texels, textures with guard have {wanted}, {tile}")

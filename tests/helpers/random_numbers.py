@@ -354,6 +354,12 @@ class RandomView:
     def turn(self, texel):
         return tuple(Number(self.by, single(self.given.turns[k][texel])) for k in range(2))
 
+    def noise(self, texel):
+        parts = [Number(self.by, single(row[texel])) for row in self.given.turns]
+        axes = [self._vector(self.given.axes, k) for k in range(len(parts))]
+        first, *others = (part * axis for part, axis in zip(parts, axes, strict=True))
+        return sum(others, first)
+
     def turn_by_angle(self, texel):
         off = self.by.model.angle if self.given.turned else 0.0
         return tuple(Number(self.by, part.x + off * self.by.within(part.x)) for part in self.turn(texel))

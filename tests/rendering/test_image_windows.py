@@ -8,7 +8,7 @@ from PIL import Image, ImageOps
 
 from lfssao import InputError
 from lfssao.rendering.exr import read_exr
-from lfssao.rendering.image_file import guard_of, read_angles, read_image_file
+from lfssao.rendering.image_file import guard_of, read_image_file, read_noise
 
 PIXELS = np.arange(12, dtype=np.float32).reshape(3, 4)
 # As each Orientation stores the picture: where its row 0 and its column 0 are seen (TIFF 6).
@@ -115,8 +115,8 @@ def test_texels_of_another_size_than_expected_are_not_decoded(tmp_path):
     assert (part.planes[0].shape, part.planes[0].strides) == ((300, 200), (0, 0))
     with pytest.raises(InputError, match="cannot be read"):
         read_image_file(path, sizes=[(200, 300)])
-    with pytest.raises(InputError, match="it has 200x300 angles, textures with guard have 4x3"):
-        read_angles(path, False, [(4, 3)])
+    with pytest.raises(InputError, match="it has 200x300 texels, textures with guard have 4x3"):
+        read_noise(path, False, [(4, 3)])
 
 
 def test_a_damaged_tiff_is_told_in_the_words_of_the_first_error(tmp_path):

@@ -89,8 +89,10 @@ def drawn_scene(rng, name, options, view, radius, n, turning):
     """Buffers and samples; half of the scenes have points that are as deep as a surface and the bias before it."""
     shape = view.height, view.width
     turns = random_turns(rng, shape) if turning else None
-    c, s = (1, 0) if turns is None else turns[..., None].astype(float)
-    side = c * view.world_from_cast[:, 0] + s * view.world_from_cast[:, 1]
+    if turning and find_estimator(name).vectors and rng.random() < 0.5:
+        turns = rng.normal(size=(3, *shape)).astype(np.float32)  # of no length
+    of = (view.world_from_cast * [1, 1, -1, 0]).T
+    side = of[0] if turns is None else np.einsum("khw,kx->hwx", turns.astype(float), of[: len(turns)])
     normals = unit(rng.normal(size=(*shape, 3))).astype(np.float32)
     near = rng.random(shape) < 0.2  # to a normal without a frame
     normals[near] = unit(np.broadcast_to(side, normals.shape)[near] * (1 + rng.normal(size=3) * 1e-6))

@@ -20,9 +20,9 @@ Run = Callable[..., Occlusion]
 
 
 def turns_of(buffers: Buffers) -> Texture:
-    """The turns of a view's samples as the kernels take them, (2, H * W): those of angle 0 where there are none."""
+    """The turns of a view's samples as the kernels take them, (2 or 3, H * W): those of angle 0 if there are none."""
     if buffers.turns is not None:
-        return np.ascontiguousarray(buffers.turns).reshape(2, -1)
+        return np.ascontiguousarray(buffers.turns).reshape(len(buffers.turns), -1)
     still = np.zeros((2, buffers.depth.size), buffers.depth.dtype)
     still[0] = 1
     return still
@@ -87,6 +87,7 @@ class Estimator:
     texel_bytes: int = 4
     neighbours: bool = False  # whether it reads depth textures of other modules (``Buffers.neighbours``)
     turns: bool = False  # whether its samples may turn from texel to texel (``Buffers.turns``)
+    vectors: bool = False  # whether it reads z of noise vectors
     rotation: str = "none"  # how they do by default, a name of ``lfssao.samples.ROTATIONS``
     # The method of ``make_samples`` whose points of seed 0 are its own sample set; None where it has another set.
     sampling: str | None = None

@@ -5,7 +5,8 @@ C is a texel's point, n its normal, (c, s) the cosine and sine of its turn (tuto
 
     S = C + R (x t + y b + |z| n),   t = normalize(r - n (n.r)),   b = n x t,   r = c right + s up
 
-right and up are the view's, in world space. Depth z is that along the view's axis, linear. S is hidden by the surface
+right and up are the view's, in world space; a noise vector (x, y, z) of one's own is r = x right + y up + z towards the
+viewer. Depth z is that along the view's axis, linear. S is hidden by the surface
 that the texel of its image shows, at z_Q, if z_S - z_Q >= bias; the range check, the weight of what is hidden, compares
 z_C with z_Q, which in a module is no distance along a ray. Differences to the tutorials:
 
@@ -75,8 +76,7 @@ class Hemisphere(NamedTuple):
 
     def start(self, view: Any, texel: Any) -> Any:
         """z_C, and the images of C and of R t, R b and R n."""
-        n, (c, s) = view.normal(texel), view.turn(texel)
-        r = c * view.rightward() + s * view.upward()
+        n, r = view.normal(texel), view.noise(texel)
         t = r - dot(n, r) * n
         t = (1 / np.sqrt(dot(t, t))) * t
         p, radius = view.at(view.position(texel)), self.radius
@@ -146,6 +146,7 @@ ENTRIES = (
         normals=True,
         texel_bytes=16,
         turns=True,
+        vectors=True,
         rotation="hash",
     ),
 )

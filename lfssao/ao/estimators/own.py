@@ -16,7 +16,7 @@ import numpy as np
 from lfssao.ao.estimators.estimator import Estimator
 from lfssao.ao.estimators.look_ups import with_cleared
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, register
-from lfssao.ao.formulas import Folded, Summed
+from lfssao.ao.formulas import Folded, Summed, words_of
 from lfssao.ao.textures import Buffers
 from lfssao.core.files import read_text
 from lfssao.errors import InputError, LfssaoError
@@ -68,13 +68,13 @@ def read_estimator(path: str | Path) -> Estimator:
     made: Estimator = replace(entries[0], text=digest)
     if made.name in ESTIMATORS and not ESTIMATORS[made.name].text:
         raise InputError(f"{path}: an estimator of lfssao has the name '{made.name}', take another one")
-    _check(path, made)
+    made = _checked(path, made)
     register(made)
     return made
 
 
-def _check(path: Path, estimator: Estimator) -> None:
-    """Refuse formulas that lack a part, or that do not compile, by an estimate of a few texels."""
+def _checked(path: Path, estimator: Estimator) -> Estimator:
+    """An estimator, after an estimate of a few texels; InputError if formulas lack a part, or do not compile."""
     buffers = few_texels()
     if estimator.formulas is not None:
         with mistakes_in(path):
@@ -84,8 +84,10 @@ def _check(path: Path, estimator: Estimator) -> None:
         for name in [*protocol.__annotations__, *(word for word in vars(protocol) if not word.startswith("_"))]:
             if not hasattr(numbers, name):
                 raise InputError(f"{path}: class {type(numbers).__name__} has no '{name}', which formulas need")
+        estimator = replace(estimator, vectors="noise" in words_of(numbers))
     with mistakes_in(path):
         estimate(estimator, buffers, 1.0)
+    return estimator
 
 
 def few_texels() -> Buffers:

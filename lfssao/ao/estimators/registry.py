@@ -130,7 +130,7 @@ def estimate_radii(
     if estimator.reads_normals(parameters) and buffers.normals is None:
         raise InputError(f"estimator {estimator.name} reads normals, and there is no normals texture")
     if buffers.turns is not None:
-        check_turning(estimator)
+        check_turning(estimator, len(buffers.turns) == 3)
     check_samples(estimator, points, weights)
     if points is None:
         points, weights = estimator.default_samples()
@@ -139,11 +139,13 @@ def estimate_radii(
     return [estimator.run(buffers, r, points, weights, own) for r, own in zip(radii, options, strict=True)]
 
 
-def check_turning(estimator: Estimator) -> None:
-    """Refuse an estimator, by an InputError, whose samples do not turn from texel to texel."""
+def check_turning(estimator: Estimator, vectors: bool = False) -> None:
+    """Refuse an estimator, by an InputError, whose samples do not turn from texel to texel, or not by vectors' z."""
     if not estimator.turns:
         able = ", ".join(name for name, each in ESTIMATORS.items() if each.turns)
         raise InputError(f"rotation: samples of estimator {estimator.name} do not turn by it: choose one of {able}")
+    if vectors and not estimator.vectors:
+        raise InputError(f"rotation: a vector has a z other than 0, and estimator {estimator.name} reads x and y alone")
 
 
 def full_parameters(estimator: Estimator, parameters: Mapping[str, Value]) -> dict[str, Value]:

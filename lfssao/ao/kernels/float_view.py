@@ -9,7 +9,7 @@ from lfssao.ao.kernels.look_up import holds_place
 from lfssao.ao.kernels.moments import filtered_moments
 from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, formula, number, plain, select, where_none
+from lfssao.core.numbers import as_float, formula, number, plain, select, unless_none, where_none
 from lfssao.core.places import affine_rows, linear_rows
 from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.projection import image_of, texel_number
@@ -65,6 +65,13 @@ def _vector_of(texel, texture):
 def _vector_between(four, texture):
     a, b = float_vector(texture, four.texel), float_vector(texture, four.right)
     return blended_vector(four, a, b, float_vector(texture, four.below), float_vector(texture, four.across))
+
+
+@formula
+def _raised(third, view, texel):
+    """A noise vector of three numbers."""
+    x, y = view.turn(texel)
+    return (x * view.rightward() + y * view.upward()) + as_float(third[texel]) * float_vector(view.axes, 2)
 
 
 @formula
@@ -129,10 +136,10 @@ class FloatView(NamedTuple):
     """A view's textures row by row, all of one dtype, with the words of ``lfssao.ao.formulas.Seen``.
 
     depth: (H W,), the depth texture, and surfaces, cast z, or image z for formulas that ask for it, +infinity where
-    there is no surface. positions, normals, directions: (3 H W,). turns: (2, H W). kind: that of the mapping. rows:
-    (16,), four affine rows of world space, u, v, divisor (of MATRIX alone), and z. lens: z_m, z_o, u_0, v_0 for
-    CROSSED_SLITS, the module's 32 numbers for DISPLAY. axes: (6,), right and up. width: texels of a row. rays:
-    ``sao.kernels.reconstruct.TexelRays``, for formulas that make points of depth.
+    there is no surface. positions, normals, directions: (3 H W,). turns: (2, H W), or (3, H W). kind: that of the
+    mapping. rows: (16,), four affine rows of world space, u, v, divisor (of MATRIX alone), and z. lens: z_m, z_o, u_0,
+    v_0 for CROSSED_SLITS, the module's 32 numbers for DISPLAY. axes: (9,), right, up and towards the viewer. width:
+    texels of a row. rays: ``sao.kernels.reconstruct.TexelRays``, for formulas that make points of depth.
     """
 
     depth: np.ndarray
@@ -151,6 +158,7 @@ class FloatView(NamedTuple):
     rays: Any = None
     levels: Any = None  # ``Levels`` of cast z, where samples read them in place of the texture
     look: Any = None  # ``Look``, where samples beyond the border or before background read a texel
+    third: Any = None  # z of noise vectors, (H W,), where they have one
 
     def position(self, texel):
         return vector_at(texel, self.positions)
@@ -163,6 +171,10 @@ class FloatView(NamedTuple):
 
     def turn(self, texel):
         return as_float(self.turns[0, texel]), as_float(self.turns[1, texel])
+
+    def noise(self, texel):
+        x, y = self.turn(texel)
+        return unless_none(self.third, x * self.rightward() + y * self.upward(), _raised, (self, texel))
 
     def turn_by_angle(self, texel):
         return self.turn(texel)
@@ -240,4 +252,5 @@ def with_kind(view, kind):
     return FloatView(
         view.depth, view.surfaces, view.positions, view.normals, view.directions, view.turns, kind, view.rows,
         view.lens, view.axes, view.width, view.moments_of, view.divides, view.rays, view.levels, view.look,
+        view.third,
     )  # fmt: skip

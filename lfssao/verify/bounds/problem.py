@@ -37,7 +37,8 @@ class Problem(NamedTuple):
         """The view as kernels take it, with depths of that kind (``with_depths``)."""
         seen, view = self.seen, self.seen.view
         depth, room = image_depth(view, seen.depth, self.model)
-        made = seen_by(depth, seen.positions, view.world_to_image, radius, None, seen.turns, room)
+        turns = None if seen.turns is None else seen.turns[:2]
+        made = seen_by(depth, seen.positions, view.world_to_image, radius, None, turns, room)
         made = made._replace(
             normals=NOTHING if seen.normals is None else np.ascontiguousarray(seen.normals),
             directions=np.ascontiguousarray(seen.directions) if directions else NOTHING,
@@ -63,7 +64,7 @@ def ball_view(
     made = float_view(buffers, words, options)
     floats, behind = held(made), made.depth.size - seen.depth.size
     background = np.full(behind, np.inf) if made.surfaces is None else made.surfaces[seen.depth.size :]
-    same = "kind", "rows", "lens", "axes", "width", "divides", "look"
+    same = "kind", "rows", "lens", "axes", "width", "divides", "look", "third"
     return BallView(
         **{name: getattr(floats, name) for name in same},
         depth=made.depth,

@@ -13,9 +13,9 @@ from lfssao.ao.post import MAX_SIGMA
 from lfssao.errors import InputError, errors_of
 from lfssao.optics.view import KINDS, View
 from lfssao.rendering.folder import reading_manifest
-from lfssao.rendering.image_file import read_angles
-from lfssao.rendering.manifest import ANGLES, view_of
-from lfssao.samples.rotation import angle_turns, check_rotation
+from lfssao.rendering.image_file import read_noise
+from lfssao.rendering.manifest import NOISE, view_of
+from lfssao.samples.rotation import check_rotation, noise_turns
 from lfssao.verify.case import VIEW, Case
 
 
@@ -27,8 +27,10 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
             parameters["neighbours"] = _neighbours(manifest["settings"], entry)
         parameters["colored"] = bool(manifest.get("scene", {}).get("colored", False))
         tables: dict[str, NDArray[Any]] = {**_tables(manifest["settings"], parameters)}
-        if manifest["settings"].get("rotation") == "angles":
-            tables["turns"] = angle_turns(read_angles(path / ANGLES, False), np.dtype(np.float32))
+        file = NOISE.get(manifest["settings"].get("rotation", "none"))
+        if file is not None:
+            size, noise = (entry["view"]["height"], entry["view"]["width"]), read_noise(path / file, False)
+            tables["turns"] = noise_turns(noise, *size, np.dtype(np.float32))
         return Case("", VIEW, "", parameters, tables, {})
 
 
@@ -39,7 +41,7 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
     if not 0 <= sigma <= MAX_SIGMA:
         raise ValueError("blur_sigma is out of range")
     rotation = settings.get("rotation", "none")  # a manifest without it is of a time when nothing turned
-    rotation = "none" if rotation == "angles" else rotation  # turns are an input then
+    rotation = "none" if rotation in NOISE else rotation  # turns are an input then
     check_rotation(rotation, settings.get("rotation_seed", 0))
     return {
         **view_parameters(made),

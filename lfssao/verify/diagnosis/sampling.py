@@ -18,6 +18,14 @@ SEEDS = 64  # that are tried, of samples and of turns
 Turns = Iterator[tuple[str, Callable[[], NDArray[np.floating[Any]]]]]
 
 
+def other_noise(numbers: int) -> Iterator[tuple[str, Callable[[Any], Any]]]:
+    """Mistakes with noise vectors of 2 or 3 numbers, by name; functions of the vectors, (2 or 3, H, W)."""
+    if numbers == 3:
+        yield "noise vectors' z is left out", lambda noise: noise[:2]
+    yield "noise vectors are packed, (v + 1) / 2 in place of v", lambda noise: (noise + 1) / 2
+    yield "noise of rows from below", lambda noise: noise[:, ::-1]
+
+
 def other_turns(rotation: str, seed: int, height: int, width: int) -> Turns:
     """Turns (2, H, W) of other kinds and seeds, and of other texels, each with its name, made when they are tried."""
 

@@ -140,13 +140,17 @@ def test_a_reference_with_angles_of_a_file_is_judged_by_them(tmp_path, hashed_by
 
 
 @pytest.mark.parametrize(("angles", "options", "said"), [
-    (np.zeros((18, 23)), (), "it has 23x18 angles, textures with guard have 24x18"),
-    (np.zeros((18, 24, 2)), (), "it has 2 channels, angles are one"),
+    (np.zeros((18, 23)), (), "it has 23x18 texels, textures with guard have 24x18, a tile is a square of up to 256x"),
+    (np.zeros((18, 24, 4)), (), "it has 4 channels, angles are one, vectors two or three"),
+    (np.full((4, 4, 3), 2000.0), (), "a vector has a number that is not from -1024 to 1024"),
+    (np.full((4, 4, 2), np.nan), (), "a vector has a number that is not from -1024 to 1024"),
+    (np.zeros((4, 4, 3), np.uint8), (), "vectors are uint8 (4, 4, 3), expected float32 or float64"),
+    (np.ones((4, 4, 3)), (), "a vector has a z other than 0, and estimator lf reads x and y alone"),
     (np.full((18, 24), np.nan), (), "an angle is not a number of radians"),
     (np.zeros((18, 24), np.uint8), (), "angles are uint8 (18, 24), expected radians"),
     (np.zeros((18, 24)), ("--estimator", "multiresolution"), "samples of estimator multiresolution do not turn"),
     (None, (), "angles.npy: there is no such file"),
-    (None, ("--rotate", "hash", "--rotate-rows", "below"), "--rotate-rows is for a file of angles"),
+    (None, ("--rotate", "hash", "--rotate-rows", "below"), "--rotate-rows is for a file"),
 ])  # fmt: skip
 def test_angles_that_do_not_fit_are_refused(tmp_path, capsys, angles, options, said):
     if angles is not None:

@@ -11,7 +11,7 @@ from lfssao.ao.kernels.look_up import corners_in
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_between
 from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.doubts import Doubt
-from lfssao.core.numbers import formula, where_none, within
+from lfssao.core.numbers import formula, unless_none, where_none, within
 from lfssao.core.places import image_or, offset_spot, point_spot, row_of
 from lfssao.core.vectors import Vector, dot
 from lfssao.optics.kernels.projection import image_of
@@ -122,6 +122,13 @@ def _normal(rays, view, texel):
 
 
 @formula
+def _raised(third, view, texel):
+    """A noise vector of three numbers."""
+    x, y = view.turn(texel)
+    return (x * view.rightward() + y * view.upward()) + view.ball(third[texel], 0.0) * _vector(view, view.axes, 2, 0.0)
+
+
+@formula
 def _in_any_axes(v):
     """A vector with its roundings in any axes, whose coordinates differ."""
     size, own = abs(v.x.value) + abs(v.y.value) + abs(v.z.value), v.x.error + v.y.error + v.z.error
@@ -160,6 +167,7 @@ class BallView(NamedTuple):
     remade: bool = False  # whether a renderer makes points of depth, by the rays
     faces: bool = False  # whether it makes normals of points
     look: Any = None  # as of ``FloatView``
+    third: Any = None  # likewise
 
     def ball(self, value, error):
         return Ball(np.float64(value), np.float64(error), certain(0.0, self.by))
@@ -175,6 +183,10 @@ class BallView(NamedTuple):
 
     def turn(self, texel):
         return self.ball(self.turns[0, texel], 0.0), self.ball(self.turns[1, texel], 0.0)
+
+    def noise(self, texel):
+        x, y = self.turn(texel)
+        return unless_none(self.third, x * self.rightward() + y * self.upward(), _raised, (self, texel))
 
     def turn_by_angle(self, texel):
         off = self.by.angle if self.turned else 0.0
@@ -273,5 +285,5 @@ def answering(view, asked):
     return BallView(
         view.depth, view.positions, view.normals, view.directions, view.turns, view.kind, view.rows, view.lens,
         view.axes, view.width, view.low, view.high, view.by, view.turned, view.moments_of, view.divides, asked,
-        view.rays, view.levels, view.remade, view.faces, view.look,
+        view.rays, view.levels, view.remade, view.faces, view.look, view.third,
     )  # fmt: skip

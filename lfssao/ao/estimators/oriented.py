@@ -33,7 +33,7 @@ from lfssao.ao.estimators.estimator import Estimator, FloatArray, option
 from lfssao.ao.estimators.look_ups import BACKGROUNDS, LookUps
 from lfssao.ao.formulas import sum_formulas
 from lfssao.ao.textures import Buffers
-from lfssao.core.numbers import alternatives, larger, number, rounded, select, smaller, smoothstep
+from lfssao.core.numbers import alternatives, formula, larger, number, rounded, select, smaller, smoothstep
 from lfssao.core.vectors import cross, dot
 from lfssao.samples import make_samples
 
@@ -60,6 +60,23 @@ class OrientedOptions(LookUps):
     )
 
 
+@formula
+def tangent_frame(kernel: Any, view: Any, texel: Any) -> Any:
+    """z_C, and the images of C and of R t, R b and R n."""
+    n, r = view.normal(texel), view.noise(texel)
+    t = r - dot(n, r) * n
+    t = (1 / np.sqrt(dot(t, t))) * t
+    p, radius = view.at(view.position(texel)), kernel.radius
+    return view.depth_at(p), p, radius * view.along(t), radius * view.along(cross(n, t)), radius * view.along(n)
+
+
+@formula
+def in_frame(kernel: Any, here: Any, s: Any) -> Any:
+    """The image of C + R (x t + y b + z n)."""
+    _, p, t, b, n = here
+    return p + kernel.points[s, 0] * t + kernel.points[s, 1] * b + kernel.points[s, 2] * n
+
+
 class Hemisphere(NamedTuple):
     """Points of the upper half ball, arrays and scalars of the arithmetic's dtype.
 
@@ -76,11 +93,7 @@ class Hemisphere(NamedTuple):
 
     def start(self, view: Any, texel: Any) -> Any:
         """z_C, and the images of C and of R t, R b and R n."""
-        n, r = view.normal(texel), view.noise(texel)
-        t = r - dot(n, r) * n
-        t = (1 / np.sqrt(dot(t, t))) * t
-        p, radius = view.at(view.position(texel)), self.radius
-        return view.depth_at(p), p, radius * view.along(t), radius * view.along(cross(n, t)), radius * view.along(n)
+        return tangent_frame(self, view, texel)
 
     def counts(self, view: Any, here: Any) -> Any:
         """Every texel with a surface has samples."""
@@ -88,8 +101,7 @@ class Hemisphere(NamedTuple):
 
     def place(self, view: Any, here: Any, s: Any) -> Any:
         """The image of C + R (x t + y b + z n)."""
-        _, p, t, b, n = here
-        return p + self.points[s, 0] * t + self.points[s, 1] * b + self.points[s, 2] * n
+        return in_frame(self, here, s)
 
     def term(self, view: Any, here: Any, s: Any, z: Any, texel: Any, seen: Any) -> Any:
         """The weight of what is hidden, by the range check."""

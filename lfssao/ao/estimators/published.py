@@ -35,7 +35,7 @@ class Published:
 
 def published_names() -> list[str]:
     """Names of the shaders whose parameters are known."""
-    return sorted(entry.name.removesuffix(".toml") for entry in _FILES.iterdir())
+    return sorted(entry.name.removesuffix(".toml") for entry in _FILES.iterdir() if entry.name.endswith(".toml"))
 
 
 def published_text(name: str) -> str:

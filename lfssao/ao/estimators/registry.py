@@ -30,11 +30,18 @@ _FAMILIES: dict[str, tuple[str, ...]] = {
 }
 
 
+# Estimators that are formulas of one published shader (``published``): they are found, and not listed.
+_SHADERS = {"threejs-ssao": "shaders.threejs_ssao", "sascha-willems": "shaders.sascha_willems"}
+
+
 class _Registry(UserDict[str, Any]):
     """The estimators by name; their names are listed without importing them."""
 
+    def __contains__(self, name: object) -> bool:
+        return name in self.data or name in _SHADERS
+
     def __getitem__(self, name: str) -> Any:
-        known = self.data[name]
+        known = self.data[name] if name in self.data else _SHADERS[name]
         if isinstance(known, Estimator):  # of one's own
             return known
         entries = import_module(f"lfssao.ao.estimators.{known}").ENTRIES

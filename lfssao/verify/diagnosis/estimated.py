@@ -155,7 +155,8 @@ class Estimated(Problem):
 
     def _of_options(self) -> Iterator[Change]:
         """Each option with its other choices and nearby whole numbers, forgotten, and by a factor."""
-        limits, choices = self.estimator.said("limits"), self.estimator.said("choices")
+        limits = {**dict.fromkeys(self.options, (-np.inf, np.inf)), **self.estimator.said("limits")}
+        choices = self.estimator.said("choices")
         for name, value in self.options.items():
             if name == "cleared":  # textures are made with it
                 continue
@@ -166,14 +167,13 @@ class Estimated(Problem):
                 others = [not value]
             elif isinstance(value, int) and name != "seed":
                 low, high = limits[name]
-                others = list(range(max(int(low), 0), min(int(high), max(2 * value, _MOST_COUNT)) + 1))
+                others = list(range(int(max(low, 0)), int(min(high, max(2 * value, _MOST_COUNT))) + 1))
             elif isinstance(value, float) and value != 0.0 and limits[name][0] <= 0.0:
-                others = [0.0]
+                others = [0.0, -value] if name in self.estimator.said("power") else [0.0]
             for other in others:
                 blind = self.buffers.normals is None and self.estimator.reads_normals({name: other})
                 if other != value and not blind:
-                    words = _WORDS.get((name, other), f"{name} {_said(other)} in place of {_said(value)}")
-                    yield plain(words, partial(_with_option, name, value=other))
+                    yield plain(_in_place(name, other, value), partial(_with_option, name, value=other))
             if name == "reach":
                 for factor, reason in ((2.0, "without its 1/2"), (0.5, "with one 1/2 too many")):
                     words = f"radius in texels x {factor:.3f}, as of a projection scale {reason},"
@@ -202,7 +202,7 @@ class Estimated(Problem):
             yield with_buffers(
                 "samples turned the other way", turns=lambda b: None if b.turns is None else b.turns * way
             )
-            for words, other in other_noise(len(turns)) if self.rotation == "none" else ():
+            for words, other in other_noise(len(turns), self.estimator.vectors) if self.rotation == "none" else ():
                 yield with_buffers(words, turns=lambda b, other=other: None if b.turns is None else other(b.turns))  # type: ignore[misc]
         for words, make in other_turns(self.rotation, self.seed, *shape):
             yield with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]
@@ -284,6 +284,13 @@ def _moved(view: View, by: float) -> View:
 
 def _with_option(name: str, problem: Estimated, value: Value) -> Estimated:
     return problem.changed(options={**problem.options, name: value})
+
+
+def _in_place(name: str, other: Value, value: Value) -> str:
+    """Words for an option's other value in place of its own."""
+    if isinstance(value, float) and other == -value:
+        return f"{name} with the other sign"
+    return _WORDS.get((name, other), f"{name} {_said(other)} in place of {_said(value)}")
 
 
 def _said(value: Value) -> str:

@@ -18,11 +18,17 @@ SEEDS = 64  # that are tried, of samples and of turns
 Turns = Iterator[tuple[str, Callable[[], NDArray[np.floating[Any]]]]]
 
 
-def other_noise(numbers: int) -> Iterator[tuple[str, Callable[[Any], Any]]]:
-    """Mistakes with noise vectors of 2 or 3 numbers, by name; functions of the vectors, (2 or 3, H, W)."""
+def other_noise(numbers: int, three: bool) -> Iterator[tuple[str, Callable[[Any], Any]]]:
+    """Mistakes with noise vectors of 2 or 3 numbers, by name; functions of the vectors, (2 or 3, H, W).
+
+    three: whether an estimator reads vectors' z.
+    """
+    packed = "noise vectors are packed, (v + 1) / 2 in place of v"
+    yield packed, lambda noise: (noise + 1) / 2
     if numbers == 3:
         yield "noise vectors' z is left out", lambda noise: noise[:2]
-    yield "noise vectors are packed, (v + 1) / 2 in place of v", lambda noise: (noise + 1) / 2
+    elif three:
+        yield f"{packed}, z too", lambda noise: (np.concatenate([noise, 0 * noise[:1]]) + 1) / 2
     yield "noise of rows from below", lambda noise: noise[:, ::-1]
 
 

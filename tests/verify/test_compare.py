@@ -338,6 +338,10 @@ def test_estimators_that_count_points_have_intervals(tmp_path, capsys, estimator
         rf"0 of {points} points are undecided; sample \d+ reads texel \(\d+, \d+\), [\d.e-]+ from its edge "
         r"\(error up to [\d.e-]+\), and adds [\d.]+( to [\d.]+)?", worst.reason
     )  # fmt: skip
+    sky = tuple(np.argwhere(~np.isfinite(single(reference, "module_004", "depth")[..., 0]))[40])
+    grey = changed(reference, tmp_path / "grey", "module_004", poke("ao_1", sky, 0.5))
+    (found,) = (r for r in lfssao.compare(grey, reference).results if r.layer == "ao_1")
+    assert found.worst[0].reason == "no surface is seen there"
     other = with_entry(reference, tmp_path / "other", ("settings", "parameters", option), value)
     capsys.readouterr()
     assert compare(inside, other) == 4

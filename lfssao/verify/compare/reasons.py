@@ -68,11 +68,7 @@ def _occlusion_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
     """The sample that comes nearest to another outcome at radius k; of other estimators the number undecided."""
     parameters = case.parameters
     if parameters["estimator"] != "lf":
-        undecided = None if bounds is None else bounds.undecided
-        points = case.inputs.get("points")
-        which = "taps" if points is None else f"of {len(points)} points"
-        told = _terms_reason(k, mine, case, model)
-        return lambda texel: "" if undecided is None else f"{undecided[texel[::-1]]} {which} are undecided{told(texel)}"
+        return _undecided_reason(k, mine, case, bounds, model)
     guard, back, inputs = parameters["guard"], parameters["screen_to_world"], inputs_of(mine, case)
     depth, positions = inputs.get("depth"), inputs.get("positions")
     if depth is None or (positions is None and back is None):
@@ -87,6 +83,24 @@ def _occlusion_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
     def reason(texel: tuple[int, int]) -> str:
         found = explained()((texel[0] + guard, texel[1] + guard))
         return str(found[0]) if found else "no surface is seen there"
+
+    return reason
+
+
+def _undecided_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel) -> Reason:
+    """How many samples of a texel are undecided, and which is nearest to another outcome; '' without bounds."""
+    undecided = None if bounds is None else bounds.undecided
+    if undecided is None:
+        return lambda _: ""
+    points, depth, guard = case.inputs.get("points"), inputs_of(mine, case).get("depth"), case.parameters["guard"]
+    which = "taps" if points is None else f"of {len(points)} points"
+    told = _terms_reason(k, mine, case, model)
+
+    def reason(texel: tuple[int, int]) -> str:
+        column, row = texel
+        if depth is not None and not depth[row + guard, column + guard] < np.inf:
+            return "no surface is seen there"
+        return f"{undecided[row, column]} {which} are undecided{told(texel)}"
 
     return reason
 

@@ -81,8 +81,8 @@ def exp(x):
     """
     if x < -745.0:
         return 0.0
-    if x > 710.0:
-        return np.inf
+    if not x <= 710.0:
+        return x + np.inf  # NaN stays what it is
     k = int(x * _INV_LN2 + 0.5) if x >= 0.0 else -int(0.5 - x * _INV_LN2)
     r = (x - k * _LN2_HIGH) - k * _LN2_LOW
     y = 1.0

@@ -22,10 +22,10 @@ from lfssao.core.vectors import Vector, unit_vector
 # Relative errors of + - *, quotients and roots, and of exp; large, as SAFETY hides small ones.
 ERRORS = np.array([2.0**-16, 2.0**-14, 2.0**-13, 2.0**-16, 2.0**-17])
 SMALLEST = Fraction(2) ** -126
-ONES, SEVERAL, COMPARED, WAYS = 29, 25, 9, 8  # formulas of one operation, of several; comparisons; ways of a renderer
+ONES, SEVERAL, COMPARED, WAYS = 29, 26, 9, 8  # formulas of one operation, of several; comparisons; ways of a renderer
 FORMS = ONES + SEVERAL + 3
 SELECTED, SMOOTH = (18, 19, 20, 21, 22, 26, 28, 44), 29  # formulas that are decided by some operand; smoothstep
-OF_OTHERS = {3, 9, 30, 47, 48, 49, 53, 54, 55, 56}  # formulas that of zeros are no exact zero: x / 0, 0.1, a row
+OF_OTHERS = {3, 9, 30, 47, 48, 49, 53, 54, 55, 56, 57}  # formulas that of zeros are no exact zero: x / 0, 0.1, a row
 
 
 @formula
@@ -191,6 +191,11 @@ def log2(x):
     return Rounded(logarithm + Rounded.rng.choice([-1, 0, 1]) * off)
 
 
+def exponential(x):
+    x = Rounded.of(x)
+    return Rounded(float(np.exp(float(x)) * (1 + Rounded.rng.choice([-1, 0, 1]) * (ERRORS[3] + ERRORS[4] * abs(x)))))
+
+
 def by_squaring(x, times):
     return [reduce(lambda made, _: made * made, range(times), x), power(x, 2.0**times)][Rounded.rng.integers(2)]
 
@@ -218,6 +223,7 @@ def over_length(v):
 WORDS = {
     "line": line,
     "log2": log2,
+    "exponential": exponential,
     "by_squaring": by_squaring,
     "smoothstep": lambda x: [(x * x) * (3 - (x + x)), 3 * (x * x) - 2 * (x * x * x)][Rounded.rng.integers(2)],
     "rounded": rounded,

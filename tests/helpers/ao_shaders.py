@@ -75,7 +75,7 @@ def numbers_of(frame):
         return made | {"taps": o["taps"], "turns": turns, "log_q": o["log_q"], "levels": levels_of(frame)}
     if frame.settings["estimator"] == "hbao":
         return {"bias": np.radians(o["bias"]), "around": o["directions"], "steps": o["steps"]}
-    return {"bias": o["bias"] * r, "count": len(frame.settings["samples"])}
+    return {"bias": o["bias"] * r, "count": len(frame.settings["samples"])} if "bias" in o else {}
 
 
 def draw(context, name, frame, defines, change=None):

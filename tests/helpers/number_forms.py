@@ -6,6 +6,7 @@ from lfssao.core.numbers import (
     alternatives,
     by_squaring,
     double,
+    exponential,
     formula,
     larger,
     line,
@@ -46,4 +47,5 @@ def several(x, y, z, u, v, w):
         power(smaller(1, larger(0, x)), 2.5), power(smaller(1, larger(0, y)), 1.0), rounded(0.1, 1, x, 2),
         by_squaring(smaller(1, larger(0, x)), 3), number(log2(double(larger(2.0**-100, abs(x)))), x),
         middle_of(x) + spread_of(x), np.floor(4 * x), np.trunc(4 * x), line(0.5, 0.1, x, 0.3),
+        exponential(-abs(x)),
     )  # fmt: skip

@@ -26,7 +26,7 @@ KINDS = {np.add: "operation", np.subtract: "operation", np.multiply: "operation"
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 SMALLEST = 2.0**-126
 ERRORS = "operation", "quotient", "root", "coordinate", "angle"
-WORDS = "number", "rounded", "alternatives", "by_squaring", "smoothstep", "power", "twice", "log2"
+WORDS = "number", "rounded", "alternatives", "by_squaring", "smoothstep", "power", "twice", "log2", "exponential"
 
 
 def single(x):
@@ -123,6 +123,10 @@ class Renderers:
         y = k * Number(self, logarithm + near * self.within(logarithm))
         constant, slope = self.model.exponential
         return self.where(x.x > 0, self.off(np.exp2(y.x), constant + slope * np.abs(y.x)), 0)
+
+    def exponential(self, x):
+        constant, slope = self.model.exponential
+        return self.off(np.exp(x.x), constant + slope * np.abs(x.x))
 
     def log2(self, x):
         """Off by 2^-21, outside [1/2, 2] by 3 ulp."""

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from math import floor, inf, isfinite, isqrt, log, log1p, log2, trunc
+from math import expm1, floor, inf, isfinite, isqrt, log, log1p, log2, trunc
 from typing import Any
 
 import numpy as np
@@ -151,6 +151,13 @@ class Tracked:
         value, x = _power(self.value, k), self.size
         ends = max(x - self.error, 0.0) ** k, (x + self.error) ** k
         off = max(abs(end - float(value)) for end in ends) if self.error or self.arithmetic.unit else 0.0
+        return self.arithmetic.number(value, off + 2.0**-50 * float(value) * (self.arithmetic.unit > 0))
+
+    def exponential(self) -> "Tracked":
+        """E to its power, in float64, rounded once, its value to 60 digits; it grows with x."""
+        with localcontext(prec=64):
+            value = Fraction((Decimal(self.value.numerator) / Decimal(self.value.denominator)).exp())
+        off = float(value) * expm1(self.error) if self.error < 1 else inf
         return self.arithmetic.number(value, off + 2.0**-50 * float(value) * (self.arithmetic.unit > 0))
 
     def sqrt(self) -> "Tracked":

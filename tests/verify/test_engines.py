@@ -24,7 +24,7 @@ R = 0.35  # world units, of the scene corner
 class Engine:
     """G-buffers of the scene corner as an OpenGL engine stores them, with its kernel and its noise."""
 
-    def __init__(self, folder, scene, cleared, noise, seed):
+    def __init__(self, folder, scene, cleared, noise, stored, seed):
         frame = ao_shaders.Frame(
             render(folder / "lfssao", scene, "--camera", "--resolution", "{}x{}".format(*SIZE), "--radii", "0",
                    "--layers", "depth,positions,normals", "--normals")
@@ -43,6 +43,7 @@ class Engine:
             "Positions": np.where(there[..., None], points, [0, 0, cleared]), "Normals": normals,
             "Depth": np.where(there, frame.textures["depth"], 1.0),
         }  # fmt: skip
+        self.textures["Positions"] = self.textures["Positions"].astype(stored)
         self.textures = {name: np.float32(texture[::-1]) for name, texture in self.textures.items()}
         directions = rng.normal(size=(16, 3))
         directions[:, 2] = abs(directions[:, 2])
@@ -55,7 +56,7 @@ class Engine:
             'rows = "below"\ndepth_kind = "window"\npositions_space = "view"\nnormals_space = "view"\n'
         )
         for name in self.textures:
-            np.save(folder / f"{name.lower()}.npy", self.textures[name])
+            np.save(folder / f"{name.lower()}.npy", self.textures[name].astype(stored if name == "Positions" else "f4"))
         np.save(folder / "kernel.npy", self.kernel)
         np.save(folder / "noise.npy", self.noise)
 
@@ -85,16 +86,19 @@ def unit(noise):
 
 
 SMOOTH = {"FRAME": "cross(n, t)", "TERM": 0, "FILTER": 0}
-# Defines and numbers of the shader, the z to which view space is cleared, and its noise of numbers from -1 to 1.
+# Defines and numbers of the shader, the z to which view space is cleared, and its noise of numbers from -1 to 1,
+# and the type of positions.
 ENGINES = {
-    "learnopengl": ({"defines": SMOOTH, "bias": 0.05}, 0.0, lambda v: v * [1, 1, 0]),
-    "vtk": ({"defines": SMOOTH | {"FILTER": 1}, "bias": 0.02}, 0.0, lambda v: np.dstack([unit(v), 0 * v[..., 0]])),
+    "learnopengl": ({"defines": SMOOTH, "bias": 0.05}, 0.0, lambda v: v * [1, 1, 0], "f2"),
+    "vtk": (
+        {"defines": SMOOTH | {"FILTER": 1}, "bias": 0.02}, 0.0, lambda v: np.dstack([unit(v), 0 * v[..., 0]]), "f2",
+    ),
     "sascha-willems": (
-        {"defines": SMOOTH | {"FRAME": "cross(t, n)"}, "bias": 0.05}, -1.0, lambda v: 2 * v * [1, 1, 0] - 1,
+        {"defines": SMOOTH | {"FRAME": "cross(t, n)"}, "bias": 0.05}, -1.0, lambda v: 2 * v * [1, 1, 0] - 1, "f4",
     ),
     "threejs-ssao": (
         {"defines": SMOOTH | {"TERM": 1}, "bias": 0.0, "limits": (0.005, 0.1)}, 0.0,
-        lambda v: np.repeat(v[..., :1], 3, axis=-1),
+        lambda v: np.repeat(v[..., :1], 3, axis=-1), "f4",
     ),
 }  # fmt: skip
 
@@ -105,9 +109,9 @@ def engine(tmp_path_factory):
 
     @functools.cache
     def made(name):
-        _, cleared, noise = ENGINES[name]
+        _, cleared, noise, stored = ENGINES[name]
         folder = tmp_path_factory.mktemp(name)
-        engine = Engine(folder, "statue", cleared, noise, 7)
+        engine = Engine(folder, "statue", cleared, noise, stored, 7)
         given = [f"--{key}={folder / key}.npy" for key in ("depth", "positions", "normals")]
         own = f"--samples={folder}/kernel.npy", f"--rotate={folder}/noise.npy", "--rotate-rows=below"
         words = f"--buffers={folder}/camera.toml", f"--like={name}", f"--radii={R}", f"-o={folder}/right"

@@ -145,14 +145,17 @@ class Summed(Protocol):
 
 
 class Folded(Protocol):
-    """The formulas of an estimator that takes steps from a texel along directions, and keeps a number on the way.
+    """The formulas of an estimator that takes steps from a texel along directions, and keeps a state on the way.
 
-    The image of step k of a direction lies k / steps of the way from the texel's centre to the image of the direction's
-    end. A step adds at least 0; one that lands where no surface is seen adds nothing and keeps the state.
+    The image of a step lies a part of the way from the texel's centre to the image of the direction's end. A step adds
+    at least 0; one that lands where no surface is seen adds nothing and keeps the state, a number or the sectors of
+    ``lfssao.core.sectors``. The state begins anew at each direction, or at each pair (sides: 2), in which the second
+    direction goes on with it.
     """
 
     points: Any
     steps: int
+    sides: int
 
     def start(self, view: Any, texel: Any) -> Any:
         """Numbers, vectors and images that are made once a texel, a tuple."""
@@ -164,16 +167,25 @@ class Folded(Protocol):
         """The image of the end of direction s."""
 
     def begin(self, view: Any, here: Any, s: Any) -> Any:
-        """The state before the first step of direction s, a number."""
+        """The state before the first step of direction s."""
 
-    def step(self, view: Any, here: Any, state: Any, texel: Any, seen: Any) -> Any:
+    def part(self, view: Any, texel: Any, k: Any) -> Any:
+        """The part of the way, from 0 to 1, at which step k of a texel lies; k: from 1 to ``steps``."""
+
+    def step(self, view: Any, here: Any, s: Any, state: Any, texel: Any, seen: Any) -> Any:
         """The number that a step of a texel adds, and the state after it, by the surface of a texel, ``seen``.
 
         A texel without a surface lies at infinity there, or is left out.
         """
 
+    def leave(self, view: Any, here: Any, s: Any, state: Any) -> Any:
+        """The number that the state adds after the last step of direction s, or of a pair whose second one s is.
+
+        It is not negative, but for rounding.
+        """
+
     def end(self, total: Any) -> Any:
-        """Occlusion of a sum, with which it grows."""
+        """Occlusion of a sum, with which it grows or falls."""
 
 
 _words = {name: word for protocol in (Seen, Summed, Folded) for name, word in vars(protocol).items()}

@@ -133,7 +133,7 @@ def _from_plain(context, builder, fromty, toty, value):
 
 
 def as_float(x):
-    """Return a number of an array as formulas take it."""
+    """Return a number of an array as formulas take it; whole numbers stay."""
     return x
 
 
@@ -142,10 +142,12 @@ def plain(x):
     return x
 
 
-type_callable(as_float)(lambda _context: lambda x: FloatType(x))  # noqa: PLW0108 - its parameters count
-type_callable(plain)(lambda _context: lambda x: x.native)
-lower_builtin(as_float, types.Float)(lambda _context, _builder, _sig, args: args[0])
-lower_builtin(plain, FloatType)(lambda _context, _builder, _sig, args: args[0])
+type_callable(as_float)(lambda _context: lambda x: FloatType(x) if isinstance(x, types.Float) else x)
+type_callable(plain)(lambda _context: lambda x: x.native if isinstance(x, FloatType) else x)
+for _kind in (types.Float, types.Integer):
+    lower_builtin(as_float, _kind)(lambda _context, _builder, _sig, args: args[0])
+for _kind in (FloatType, types.Integer):
+    lower_builtin(plain, _kind)(lambda _context, _builder, _sig, args: args[0])
 
 
 def _float_operator(function, arity, *, compares=False):

@@ -183,6 +183,9 @@ def steeper(*given):
             added, after = own.step(self, *here)
             return 1.001 * added, after
 
+        def leave(self, *here):
+            return 1.001 * own.leave(self, *here)
+
     return replace(made, estimator=Wrong(*made.estimator))
 
 

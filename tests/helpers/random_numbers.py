@@ -476,19 +476,22 @@ def summed(view, numbers, here, texel):
 
 
 def folded(view, numbers, here, texel):
-    """Rises that all steps add."""
-    s, by, made = np.arange(numbers.points.shape[0]), view.by, []
-    place = numbers.place(view, here, s)
-    u, v, valid = view.image(place, view.depth_at(place))
-    column, row, state = view.column(texel) + 0.5, view.row(texel) + 0.5, numbers.begin(view, here, s)
-    across, down, counts = u - column, v - row, numbers.counts(view, here)
-    for step in range(1, numbers.steps + 1):
-        part = by.off(single(step / numbers.steps), by.model.quotient)
-        inside, seen = view.look(part * across + column, part * down + row, valid)
-        added, after = numbers.step(view, here, state, texel, seen)
-        there = inside & view.shows(seen)
-        made, state = [*made, np.where(there & counts, by.values(added), 0.0)], by.where(there, after, state)
-    return made
+    """What all steps and ends of directions add: first sides of all directions together, then second ones."""
+    count, sides, by, made, state = numbers.points.shape[0], numbers.sides, view.by, [], None
+    column, row, counts = view.column(texel) + 0.5, view.row(texel) + 0.5, numbers.counts(view, here)
+    for side in range(sides):
+        s = np.arange(side, count, sides)
+        place = numbers.place(view, here, s)
+        u, v, valid = view.image(place, view.depth_at(place))
+        across, down, state = u - column, v - row, state if side else numbers.begin(view, here, s)
+        for step in range(1, numbers.steps + 1):
+            part = numbers.part(view, texel, by.number(step, None))
+            inside, seen = view.look(part * across + column, part * down + row, valid)
+            added, after = numbers.step(view, here, s, state, texel, seen)
+            there = inside & view.shows(seen)
+            made.append(np.where(there & counts, by.values(added), 0.0))
+            state = np.where(there, after, state)  # numbers, or ints of sectors
+    return [*made, np.where(counts, by.values(numbers.leave(view, here, s, state)), 0.0)]
 
 
 def occlusion(seed, renderers, model, given, estimator, shape, options):

@@ -43,12 +43,13 @@ ROOMS = {
 }  # fmt: skip
 OF_NUMBA = {"config", "get_num_threads", "set_num_threads"}
 COMPILER = {"core/jit.py": {"njit"}, "core/intrinsics.py": {"extending", "types"}, "core/numbers.py": {"types"},
-            "core/ball_type.py": {"types"}, "core/doubts.py": {"types"},
+            "core/ball_type.py": {"types"}, "core/doubts.py": {"types"}, "core/sectors.py": {"types"},
             "core/corners.py": {"types"}}  # fmt: skip
 # Files of numba's types, and the modules of it that they name.
 TYPES = {
     "core/jit.py": {"numba.core"}, "core/vectors.py": {"numba.extending"}, "core/places.py": {"numba.extending"},
     "core/quotients.py": {"numba.extending"}, "core/corners.py": {"numba.extending"},
+    "core/sectors.py": {"numba.extending"},
     "core/ball_type.py": {"numba.core", "numba.extending"}, "core/balls.py": {"numba.extending"},
     "core/doubts.py": {"numba.extending"},
     "core/numbers.py": {"numba.core", "numba.core.typeconv", "numba.core.typing.templates", "numba.extending"},

@@ -66,13 +66,15 @@ class HorizonOptions(LookUps):
 class Horizons(NamedTuple):
     """Directions and attenuation, arrays and scalars of the arithmetic's dtype.
 
-    points: (n, 2), x and y of the directions, unit length. steps: how many along each. radius: world units. mirrors:
+    points: (n, 2), x and y of the directions, unit length. steps: how many along each. sides: 1, as the state begins
+    anew at each direction. radius: world units. mirrors:
     (2, TILE, TILE), cosine and sine of the reflections of a tile. sine_bias, cosine_bias: of the angle by which the
     horizon must exceed the tangent plane. linear, quadratic: W = 1 - (linear r + quadratic r^2).
     """
 
     points: Any
     steps: int
+    sides: int
     radius: Any
     mirrors: Any
     sine_bias: Any
@@ -106,7 +108,11 @@ class Horizons(NamedTuple):
         horizon = alternatives(_risen(self, least(tau)), _risen(self, most(tau)))
         return within(rounded(horizon, 4, horizon), -ZENITH, ZENITH)
 
-    def step(self, view: Any, here: Any, state: Any, texel: Any, seen: Any) -> Any:
+    def part(self, view: Any, texel: Any, k: Any) -> Any:
+        """Steps have equal distances, and the last one lands at the end."""
+        return k / self.steps
+
+    def step(self, view: Any, here: Any, s: Any, state: Any, texel: Any, seen: Any) -> Any:
         """The attenuated rise above the horizon so far, and the horizon after it."""
         d, w = view.position(seen) - here[0], here[1]
         length = np.sqrt(dot(d, d))
@@ -114,6 +120,10 @@ class Horizons(NamedTuple):
         weight = within(1 - (self.linear * r + self.quadratic * (r * r)), 0, 1)
         near = (r < 1) & view.other(seen, texel)
         return select(near, weight * larger(0, sine - state), 0), select(near, larger(state, sine), state)
+
+    def leave(self, view: Any, here: Any, s: Any, state: Any) -> Any:
+        """Nothing is added beside the rises."""
+        return 0
 
     def end(self, total: Any) -> Any:
         """The mean over the directions."""
@@ -152,6 +162,7 @@ def horizons(buffers: Buffers, radius: float, points: None, weights: None, optio
     return Horizons(
         points=around(options.directions).astype(dtype),
         steps=options.steps,
+        sides=1,
         radius=dtype.type(radius),
         mirrors=np.ascontiguousarray(mirrors[:, :, :TILE]),
         sine_bias=dtype.type(sine_bias),

@@ -12,7 +12,8 @@ from lfssao.ao.kernels.spans import CHUNK, next_span
 from lfssao.ao.kernels.sums import finish_texels
 from lfssao.core.intrinsics import get, put, scratch, texel_slots
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, plain, select
+from lfssao.core.numbers import as_float, number, plain, select
+from lfssao.core.sectors import kept_as
 from lfssao.optics.kernels.projection import (
     CROSSED_SLITS,
     DISPLAY,
@@ -27,27 +28,32 @@ _slots = texel_slots(48)
 
 @kernel(inline=True)
 def _begin_direction(kind, view, estimator, s, column, row, n, like, ways, states, slots):
-    """States before direction s of n texels, and ways from their centres to the images of its ends, NaN for none."""
+    """States before direction s of n texels, and ways from their centres to the images of its ends, NaN for none.
+
+    The second direction of a pair keeps the states.
+    """
     (across, down), dtype = ways, view.rows.dtype.type
-    half, nothing = dtype(0.5), dtype(np.nan)
+    half, nothing, anew = dtype(0.5), dtype(np.nan), s % estimator.sides == 0
     for i in range(n):
         here = get(slots, i, like)
         place = estimator.place(view, here, s)
         u, v, valid = image_of(kind, view.lens, place.u, place.v, place.q, place.z)
-        states[i] = plain(estimator.begin(view, here, s))
+        begun = plain(estimator.begin(view, here, s))
+        states[i] = begun if anew else states[i]
         across[i] = plain(u) - (dtype(column + i) + half) if valid else nothing
         down[i] = plain(v) - (dtype(row) + half)
 
 
 @kernel(inline=True)
-def _land(view, size, part, column, row, n, ways, ends, texels, inside, missed):
-    """The texels at a part of the ways of n texels, and 1 where they add something, else 0.
+def _land(view, estimator, size, step, column, row, first, n, ways, ends, texels, inside, missed):
+    """The texels at a step of the ways of n texels, and 1 where they add something, else 0.
 
     ends: their image points, out, where a linear look reads between texels.
     """
     (across, down), dtype = ways, ways[0].dtype.type
     half, right_edge, bottom_edge = dtype(0.5), last_below(dtype(size[1])), last_below(dtype(size[0]))
     for i in range(n):
+        part = plain(estimator.part(view, np.uint32(first + i), as_float(dtype(step))))
         u = (dtype(column + i) + half) + part * across[i]
         v = (dtype(row) + half) + part * down[i]
         column_at, row_at = hold_inside(u, right_edge), hold_inside(v, bottom_edge)
@@ -67,15 +73,23 @@ def _keep(linear, ends, i, u, v):
 
 
 @kernel(inline=True)
-def _take_step(view, estimator, first, n, size, like, ends, texels, inside, states, totals, slots):
+def _take_step(view, estimator, s, first, n, size, like, ends, texels, inside, states, totals, slots):
     """Add what the surfaces of n texels' steps add, and raise the states."""
     zero = view.rows.dtype.type(0)
     for i in range(n):
         state, there = as_float(states[i]), inside[i] != 0
         seen = seen_at(view.look, ends[0][i], ends[1][i], texels[i], size)
-        added, after = estimator.step(view, get(slots, i, like), state, np.uint32(first + i), seen)
+        added, after = estimator.step(view, get(slots, i, like), s, state, np.uint32(first + i), seen)
         totals[i] += plain(added) if there else zero
         states[i] = plain(select(there, after, state))
+
+
+@kernel(inline=True)
+def _leave_direction(view, estimator, s, n, like, states, totals, slots):
+    """Add what the states of n texels add after direction s."""
+    for i in range(n):
+        added = estimator.leave(view, get(slots, i, like), s, as_float(states[i]))
+        totals[i] += plain(number(added, as_float(totals[i])))
 
 
 @kernel(rows="occlusion")
@@ -87,10 +101,11 @@ def fold_steps(begin, stop, view, estimator, occlusion, outside):
     """
     size, fractions, count = occlusion.shape, occlusion.reshape(-1), estimator.points.shape[0]
     width, dtype = size[1], occlusion.dtype
-    slots, missed, totals, states = _slots(dtype), scratch(np.int32), scratch(dtype), scratch(dtype)
+    slots, missed, totals = _slots(dtype), scratch(np.int32), scratch(dtype)
     ways, ends = (scratch(dtype), scratch(dtype)), (scratch(dtype), scratch(dtype))
     texels, inside = scratch(np.uint32), scratch(np.int32)
     like, zero = estimator.start(view, 0), dtype.type(0)
+    states = scratch(kept_as(estimator.begin(view, like, 0), dtype))
     for j in range(begin, stop):
         outside[j] = 0
         at, end = j * width, (j + 1) * width
@@ -110,8 +125,9 @@ def fold_steps(begin, stop, view, estimator, occlusion, outside):
                 else:
                     _begin_direction(DISPLAY, view, estimator, s, column, j, n, like, ways, states, slots)
                 for step in range(1, estimator.steps + 1):
-                    part = dtype.type(step) / dtype.type(estimator.steps)
-                    _land(view, size, part, column, j, n, ways, ends, texels, inside, missed)
-                    _take_step(view, estimator, first, n, size, like, ends, texels, inside, states, totals, slots)
+                    _land(view, estimator, size, step, column, j, first, n, ways, ends, texels, inside, missed)
+                    _take_step(view, estimator, s, first, n, size, like, ends, texels, inside, states, totals, slots)
+                if (s + 1) % estimator.sides == 0:
+                    _leave_direction(view, estimator, s, n, like, states, totals, slots)
             outside[j] += finish_texels(view, estimator, first, n, like, totals, missed, slots, fractions)
             at = first + n

@@ -234,16 +234,20 @@ class Formulas:
         """The numbers that a texel's steps add."""
         view, own, half = self.view, self.estimator, self.work.given(0.5)
         column, row = texel % view.width + half, texel // view.width + half
+        state: Any = None
         for s in range(own.points.shape[0]):
             place = own.place(view, here, s)
             u, v, valid = image(view.kind, view.lens, place, view.depth_at(place))
-            across, down, state = u - column, v - row, own.begin(view, here, s)
+            across, down = u - column, v - row
+            state = own.begin(view, here, s) if s % own.sides == 0 else state
             for step in range(1, own.steps + 1):
-                part = self.work.given(step) / self.work.given(own.steps)
+                part = own.part(view, texel, self.work.given(step))
 
-                def rise(seen: int | None, state: Any = state) -> Sequence[Any]:
+                def rise(seen: int | None, s: int = s, state: Any = state) -> Sequence[Any]:
                     there = seen is not OUTSIDE and view.shows(seen)
-                    return own.step(view, here, state, texel, seen) if there else (0, state)
+                    return own.step(view, here, s, state, texel, seen) if there else (0, state)
 
                 added, state = self._look_up((column + part * across, row + part * down, valid), rise)
                 yield added
+            if (s + 1) % own.sides == 0:
+                yield self._number(own.leave(view, here, s, state))

@@ -26,6 +26,7 @@ class Mine(NamedTuple):  # numbers of the arithmetic's dtype, which the formulas
 
     points: Any
     steps: int
+    sides: int  # 1: what is kept begins anew at each direction; 2: the second of a pair goes on with it
     radius: Any
 
     def start(self, view: Any, texel: Any) -> Any:  # once a texel; position, normal, direction, turn: words of views
@@ -47,13 +48,21 @@ class Mine(NamedTuple):  # numbers of the arithmetic's dtype, which the formulas
         """The number that is kept along a direction, before the first step: the sine of the highest surface."""
         return number(0, here[0].x)
 
-    def step(self, view: Any, here: Any, state: Any, texel: Any, seen: Any) -> Any:  # select(), not if
+    def part(self, view: Any, texel: Any, k: Any) -> Any:
+        """The part of the way to the end at which step k lies, 0 to 1."""
+        return k / self.steps
+
+    def step(self, view: Any, here: Any, s: Any, state: Any, texel: Any, seen: Any) -> Any:  # select(), not if
         """The number that a step adds, which sees ``seen``, and the one that is kept after it."""
         d = view.position(seen) - here[0]
         length = np.sqrt(dot(d, d))
         sine = within(dot(d, here[1]) / length, -1.0001, 1.0001)  # no renderer's is larger, however it rounds
         near = (length < rounded(self.radius, 4, length)) & view.other(seen, texel)
         return select(near, larger(0, sine - state), 0), select(near, larger(state, sine), state)
+
+    def leave(self, view: Any, here: Any, s: Any, state: Any) -> Any:
+        """The number that a direction adds after its last step, by the number that is kept."""
+        return 0
 
     def end(self, total: Any) -> Any:  # 0 open, 1 covered
         """The occlusion that the sum of all steps makes."""
@@ -64,7 +73,7 @@ def mine(buffers: Any, radius: float, points: Any, weights: Any, options: MyOpti
     """Return the numbers above for a view; ``buffers.depth.dtype`` is the arithmetic's."""
     kind, count = buffers.depth.dtype, options.directions
     around = np.array([sincospi(2 * k / count) for k in range(count)], kind)
-    return Mine(np.ascontiguousarray(around), options.steps, kind.type(radius))
+    return Mine(np.ascontiguousarray(around), options.steps, 1, kind.type(radius))
 
 
 ENTRIES = (folded("mine", mine, options=MyOptions, normals=True),)

@@ -126,4 +126,6 @@ def end_sums(begin, stop, view, estimator, sums):
         relative *= (1.0 + relative) * SAFETY
         least = estimator.end(view.ball(sums[0, k] * (1.0 - relative), 0.0))
         most = estimator.end(view.ball(sums[1, k] * (1.0 + relative), 0.0))
+        if most.value < least.value:  # it falls with the sum
+            least, most = most, least
         sums[0, k], sums[1, k] = least.value - least.error * SAFETY, most.value + most.error * SAFETY

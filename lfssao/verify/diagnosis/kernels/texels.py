@@ -94,18 +94,22 @@ def fold_texels(begin, stop, view, estimator, reading, size, texels, weights, oc
         texel, total = np.uint32(texels[k]), zero
         here = estimator.start(view, texel)
         x, y = dtype.type(view.column(texel)) + half, dtype.type(view.row(texel)) + half
-        counts = (view.depth[texel] < np.inf) & estimator.counts(view, here)
+        counts, state = (view.depth[texel] < np.inf) & estimator.counts(view, here), estimator.begin(view, here, 0)
         for s in range(estimator.points.shape[0] if counts else 0):
             u, v = _image(view, estimator.place(view, here, s))
-            across, down, state = u - x, v - y, estimator.begin(view, here, s)
+            across, down, begun = u - x, v - y, estimator.begin(view, here, s)
+            state = begun if s % estimator.sides == 0 else state
             for step in range(estimator.steps):
-                part, weight = dtype.type(step + 1) / dtype.type(estimator.steps), weights[s, step]
+                part, weight = estimator.part(view, texel, as_float(dtype.type(step + 1))), weights[s, step]
+                part = plain(part)
                 seen = _looked_up(reading, x + part * across, y + part * down, size)
                 if seen >= 0 and weight > 0:
                     there = view.shows(seen) | reading.look.cleared
                     texel_seen = np.uint32(seen if empty < 0 or there else empty)
                     other = _between(reading, x + part * across, y + part * down, texel_seen, size)
-                    added, after = estimator.step(view, here, state, texel, other)
+                    added, after = estimator.step(view, here, s, state, texel, other)
                     total += weight * plain(added)
                     state = after
+            if (s + 1) % estimator.sides == 0:
+                total += weights[s, 0] * plain(number(estimator.leave(view, here, s, state), as_float(total)))
         occlusion[k] = plain(estimator.end(as_float(total))) if counts else zero

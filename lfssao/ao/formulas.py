@@ -55,6 +55,9 @@ class Seen(Protocol):
     def sine_of_angle(self, x: Any) -> Any:
         """A sine or cosine of a sample, a plain number that a renderer makes itself of an angle."""
 
+    def arc_cosine(self, x: Any) -> Any:
+        """The angle of a cosine that is held between -1 and 1; a renderer's function is as good as its sines."""
+
     def hashed_turn(self, at: Any, angle: Any) -> Any:
         """Cosine and sine of an angle, radians, and the hash of a texel, columns and rows ``at``, summed in float32."""
 

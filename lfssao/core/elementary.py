@@ -1,6 +1,6 @@
-"""Sine, cosine, cube root, exponential, logarithm, power of basic operations: the C library's differ between machines.
+"""Sine, cosine, arc cosine, cube root, exponential, logarithm and power of basic operations.
 
-All in float64. The errors stated are against mpmath and are held by tests.
+The C library's differ between machines. All in float64. The errors stated are against mpmath and are held by tests.
 """
 
 import numpy as np
@@ -50,6 +50,25 @@ def sincospi(x):
     odd, turn = quadrant & 1, quadrant & 3
     sine, cosine = c if odd else s, s if odd else c  # selects, no branches: loops become vectors
     return -sine if turn >= 2 else sine, -cosine if (turn == 1) | (turn == 2) else cosine
+
+
+@kernel(inline=True)
+def acos(x):
+    """The angle from 0 to pi whose cosine is x, -1 <= x <= 1, float64, within 2 ulp; NaN beyond.
+
+    asin t = t (1 + t^2 / 6 + 3 t^4 / 40 + ...) to t^49, highest power first, of t = x where abs(x) <= 1/2, else of
+    sqrt((1 - abs(x)) / 2), the sine of half the angle. Without branches, so that loops become vectors.
+    """
+    size = abs(x)
+    large = size > 0.5
+    square = 0.5 * (1.0 - size) if large else size * size
+    sine = np.sqrt(square) if large else size
+    y = 1.0
+    for n in range(48, 0, -2):
+        y = 1.0 + y * square * ((n - 1.0) * (n - 1.0) / (n * (n + 1.0)))
+    angle = sine * y
+    near = 2.0 * angle if large else 0.5 * PI - angle  # of abs(x)
+    return PI - near if x < 0.0 else near
 
 
 @kernel

@@ -64,10 +64,7 @@ def sector_count(x: Any, like: Any) -> Any:
 
 @overload(sectors_between, jit_options=INLINED)
 def _sectors_between(first, last):
-    """Of balls a sector is set for sure if it is for the largest first and the least last, and may be for the others.
-
-    More sectors are set where the first is less or the last is more.
-    """
+    """More sectors are set where the first is less or the last is more, so the ends of balls set the most and least."""
     if isinstance(first, FloatType):
         return lambda first, last: _run(np.int32(plain(first)), np.int32(plain(last)))
     if not first == last == ball:

@@ -46,6 +46,13 @@ LOGARITHMS = np.r_[
     *(np.nextafter(x, [0, np.inf]) for x in (0.5**0.5, 1.0, 2**0.5, 0.5)),
     SMALLEST, LARGEST,
 ]  # fmt: skip
+COSINES = np.r_[
+    RNG.uniform(-1, 1, 2000),
+    1 - 2.0 ** RNG.uniform(-53, -1, 300),
+    2.0 ** RNG.uniform(-53, -1, 300) - 1,
+    *(np.nextafter(x, [-2, 2]) for x in (-0.5, 0.0, 0.5)),
+    np.nextafter(1, 0), np.nextafter(-1, 0), -1.0, 0.0, 0.5, 1.0,
+]  # fmt: skip
 BINARY = np.r_[
     2.0 ** RNG.uniform(-1022, 1023, 400),
     1 + RNG.uniform(-0.3, 0.4, 400),
@@ -63,6 +70,7 @@ def test_sincospi_is_within_2_ulp_of_1_and_equals_the_reference():
 
 
 @pytest.mark.parametrize(("name", "points", "ulps", "right"), [
+    ("acos", COSINES, 2, mpmath.acos),
     ("cbrt", CUBES, 1, mpmath.cbrt),
     ("exp", POWERS, 2, mpmath.exp),
     ("log", LOGARITHMS, 2, mpmath.log),

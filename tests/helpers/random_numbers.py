@@ -368,6 +368,11 @@ class RandomView:
         off = self.by.model.angle if self.given.turned else 0.0
         return tuple(Number(self.by, part.x + off * self.by.within(part.x)) for part in self.turn(texel))
 
+    def arc_cosine(self, x):
+        """Off by a part of itself, of a cosine that is off by a rounding."""
+        cosine = np.clip(x.x * (1 + self.by.model.operation * self.by.within(x.x)), -1, 1)
+        return self.by.off(np.arccos(cosine), self.by.model.angle)
+
     def fork(self, condition):
         return condition
 
@@ -476,7 +481,7 @@ def summed(view, numbers, here, texel):
 
 
 def folded(view, numbers, here, texel):
-    """What all steps and ends of directions add: first sides of all directions together, then second ones."""
+    """Numbers that steps and ends of directions add: first sides of all directions together, then second ones."""
     count, sides, by, made, state = numbers.points.shape[0], numbers.sides, view.by, [], None
     column, row, counts = view.column(texel) + 0.5, view.row(texel) + 0.5, numbers.counts(view, here)
     for side in range(sides):

@@ -28,6 +28,17 @@ def sincospi(x):
     return ((s, c), (c, -s), (-s, -c), (-c, s))[q & 3]
 
 
+def acos(x):
+    size = abs(x)
+    square = 0.5 * (1 - size) if size > 0.5 else size * size
+    y = 1.0
+    for n in range(48, 0, -2):
+        y = 1 + (y * square) * (((n - 1) * (n - 1)) / (n * (n + 1)))
+    angle = (math.sqrt(square) if size > 0.5 else size) * y
+    near = 2 * angle if size > 0.5 else 1.5707963267948966 - angle
+    return 3.141592653589793 - near if x < 0 else near
+
+
 def cbrt(t):
     if not (t > 0 and t < math.inf):
         return t

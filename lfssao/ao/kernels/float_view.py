@@ -7,6 +7,7 @@ import numpy as np
 from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.look_up import holds_place
 from lfssao.ao.kernels.moments import filtered_moments
+from lfssao.core.angles import arc_cosine
 from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import as_float, formula, number, plain, select, unless_none, where_none
@@ -181,6 +182,9 @@ class FloatView(NamedTuple):
 
     def sine_of_angle(self, x):
         return as_float(x)
+
+    def arc_cosine(self, x):
+        return arc_cosine(x)
 
     def hashed_turn(self, at, angle):
         sine, cosine = unit_of(summed_angle(plain(at[0]), plain(at[1]), angle))

@@ -172,6 +172,14 @@ class Tracked:
         within = self.size > self.error
         return self.arithmetic.number(value, self.error / float(value) if within else inf)
 
+    def arc_cosine(self) -> "Tracked":
+        """The angle of a cosine that is held between -1 and 1, in float64, rounded once; it falls with x."""
+        value, off = _arc_cosine(self.value), 0.0
+        if self.error or self.arithmetic.unit:
+            ends = (_arc_cosine(self.value + sign * Fraction(min(self.error, 2.0))) for sign in (-1, 1))
+            off = max(abs(float(end - value)) for end in ends) * _SAFETY
+        return self.arithmetic.number(value, off + 2.0**-50 * (self.arithmetic.unit > 0))
+
     def number(self, x: Any) -> Any:
         """A number of another arithmetic in this one's; plain ones stay (``lfssao.core.numbers.number``)."""
         same = not isinstance(x, Tracked) or x.arithmetic == self.arithmetic
@@ -326,6 +334,22 @@ def _shortened(value: Fraction) -> Fraction:
         return value
     k = max(0, _KEPT + d.bit_length() - n.bit_length())
     return Fraction((n << k) // d, 1 << k)
+
+
+def _arc_cosine(x: Fraction) -> Fraction:
+    """The angle of a cosine, which is held between -1 and 1, to 2^-200 of itself.
+
+    It is 2^14 times the one whose sine's square is left after the angle has been halved 14 times.
+    """
+    one = 1 << 2 * _ROOT
+    q = floor((1 - max(Fraction(-1), min(Fraction(1), x))) / 2 * one)
+    for _ in range(13):
+        q = (one - isqrt((one - q) * one)) // 2
+    term = total = isqrt(q * one)
+    for n in range(1, 24, 1):
+        term = term * q // one * (2 * n - 1) ** 2 // (2 * n * (2 * n - 1))
+        total += term // (2 * n + 1)
+    return Fraction(total << 14, one)
 
 
 def _power(x: Fraction, k: float) -> Fraction:

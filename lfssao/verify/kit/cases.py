@@ -129,6 +129,7 @@ def _elementary_problem(function: str) -> Problem:
     far = [1834183, 1890379225, 2**31 - 1, 2**31, 2**32 - 1, 2**32, 2**40 + 5]  # the first two carry far
     tables: dict[str, list[Any]] = {
         "sincospi": [*(8.0 * units - 4.0), *(0.25 * np.arange(-9, 10)), 1e9 + 0.3, 2.0**50, *border],
+        "acos": [*(2.0 * units - 1.0), -1.0, -0.5, 0.0, 0.5, 1.0, np.nextafter(0.5, 1.0), np.nextafter(1.0, 0.0)],
         "cbrt": [*np.ldexp(units, 10 * (k % 40) - 200), 0.0, 1.0, 8.0, 0.001, np.inf],
         "exp": [*(80.0 * units - 60.0), 0.0, -0.5, 1.0, -700.0, 700.0, -746.0, 711.0],
         "log": [*logs, 5e-324],
@@ -148,7 +149,7 @@ def _philox_problem() -> Problem:
 
 
 _ELEMENTARY = {
-    **{name: f"{name}, float64" for name in ("sincospi", "cbrt", "exp", "log", "log2")},
+    **{name: f"{name}, float64" for name in ("sincospi", "acos", "cbrt", "exp", "log", "log2")},
     "reduced": "whole radians as half-turns, wrapped to 32 bits",
     "turns": "turns of spirals of 1 to 200 taps",
 }

@@ -28,7 +28,7 @@ Run = Callable[[Parameters, Arrays], Outputs]
 
 
 _FUNCTIONS: dict[str, Callable[..., float | tuple[float, float]]] = {
-    **{name: getattr(elementary, name) for name in ("sincospi", "cbrt", "exp", "log", "log2")},
+    **{name: getattr(elementary, name) for name in ("sincospi", "acos", "cbrt", "exp", "log", "log2")},
     "reduced": lambda h: float(half_turns(np.array([h]).astype(np.int32))[0]),
     "turns": best_turns,
 }

@@ -8,6 +8,7 @@ from lfssao.ao.estimators.sao.kernels.reconstruct import face_normal, on_ray
 from lfssao.ao.kernels.float_view import all_show, is_other, row_of_texel
 from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.look_up import corners_in
+from lfssao.core.angles import arc_cosine_of_ball
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_between
 from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.doubts import Doubt
@@ -194,6 +195,9 @@ class BallView(NamedTuple):
 
     def sine_of_angle(self, x):
         return self.ball(x, self.by.angle)
+
+    def arc_cosine(self, x):
+        return arc_cosine_of_ball(x, self.by.angle)
 
     def hashed_turn(self, at, angle):
         # A sum in float32 is the nearest number: either of two, where the angle may be on both sides of their middle.

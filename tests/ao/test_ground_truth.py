@@ -245,9 +245,10 @@ def test_the_integrand_told_is_the_one_nearest_to_the_estimator_before_a_wall(na
         points = make_samples("sobol", 1024, 1)
     elif name == "alchemy":  # taps have equal numbers at all radii
         points = points * np.sqrt((points**2).sum(axis=1, keepdims=True))
-    more = {"oriented-hemisphere": {"bias": 1e-3, "range_check": "none"}, "hbao": {"directions": 32, "steps": 32}}.get(
-        name, {}
-    )
+    more = {
+        "oriented-hemisphere": {"bias": 1e-3, "range_check": "none"}, "hbao": {"directions": 32, "steps": 32},
+        "gtao": {"slices": 16, "steps": 32},
+    }.get(name, {})  # fmt: skip
     more = {"taps": 256, "turns": 0} if name.startswith("sao") else more
     texture = estimate(name, buffers, 1.0, points if estimator.dimensions else None, **more).texture
     ours = (half_space(texture) if estimator.whole_ball else texture)[floor].astype(float)

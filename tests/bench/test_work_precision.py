@@ -170,11 +170,11 @@ def test_numbers_of_taps_are_those_of_the_estimators_own_parameters(name):
     estimator = ESTIMATORS[name]
     others = {n: parameters for (_, n), (_, parameters) in grid.inputs_of(estimator, grid.FULL, 0).items()}
     assert others.pop(None) == {}
-    counted = {"taps", "directions", "steps"} & set(estimator.parameters)
+    counted = {"taps", "directions", "slices", "steps"} & set(estimator.parameters)
     assert bool(others) == bool(counted)
     for n, parameters in others.items():
         assert counted <= set(parameters) <= set(estimator.parameters)
-        assert n == np.prod([parameters[key] for key in counted])
+        assert n == np.prod([parameters[key] for key in counted]) * (2 if "slices" in counted else 1)  # sides
         assert parameters.get("turns", 0) == 0  # as many as make the taps even
     assert grid.inputs_of(estimator, grid.QUICK, 0) == {(None, None): ((None, None), {})}
 

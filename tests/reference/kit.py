@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from reference import dither, elementary, mapping, passes, points, samples, scalable, spiral, volumetric
+from reference import dither, elementary, mapping, passes, points, samples, scalable, slices, spiral, volumetric
 from reference.elementary import sincospi
 from reference.mapping import offsets, rounded
 from reference.multiresolution import multiresolution
@@ -104,6 +104,7 @@ ESTIMATORS = {
     "point": points.point, "hemisphere": partial(points.point, hemisphere=True), "alchemy": points.alchemy,
     "sao": partial(scalable.scalable, falloff=True), "sao-equation-1": partial(scalable.scalable, falloff=False),
     "multiresolution": multiresolution, "hbao": volumetric.hbao,
+    "gtao": slices.gtao,
     "oriented-hemisphere": volumetric.oriented_hemisphere,
 }  # fmt: skip
 for name, function in (("points", volumetric.points), ("lines", volumetric.lines), ("area", volumetric.areas)):

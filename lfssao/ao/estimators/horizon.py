@@ -84,13 +84,8 @@ class Horizons(NamedTuple):
 
     def start(self, view: Any, texel: Any) -> Any:
         """P, w, R w_z, the images of P, R e and R f, and the slopes of the tangent plane along e and f."""
-        p, w, n, r = view.position(texel), view.direction(texel), view.normal(texel), view.rightward()
-        a = r - dot(r, w) * w
-        a = (1 / np.sqrt(dot(a, a))) * a
-        b, (c, s) = cross(w, a), _reflected(self, view, texel)
-        e, f, towards = c * a + s * b, s * a - c * b, larger(EDGE_ON, -dot(n, w))
-        images = view.at(p), self.radius * view.along(e), self.radius * view.along(f)
-        return p, w, self.radius * view.depth_along(w), images, (over(dot(n, e), towards), over(dot(n, f), towards))
+        p, w, images, (e, f, towards) = disk_around(self, view, texel)
+        return p, w, self.radius * view.depth_along(w), images, (over(e, towards), over(f, towards))
 
     def counts(self, view: Any, here: Any) -> Any:
         """Whether the texel looks ahead, and there is a radius."""
@@ -128,6 +123,21 @@ class Horizons(NamedTuple):
     def end(self, total: Any) -> Any:
         """The mean over the directions."""
         return smaller(1, larger(0, total / self.points.shape[0]))
+
+
+@formula
+def disk_around(fan: Any, view: Any, texel: Any) -> Any:
+    """Return P, w, the images of P, R e and R f, and the normal along e, f and -w.
+
+    fan: has radius and mirrors as of ``Horizons``.
+    """
+    p, w, n, r = view.position(texel), view.direction(texel), view.normal(texel), view.rightward()
+    a = r - dot(r, w) * w
+    a = (1 / np.sqrt(dot(a, a))) * a
+    b, (c, s) = cross(w, a), _reflected(fan, view, texel)
+    e, f, towards = c * a + s * b, s * a - c * b, larger(EDGE_ON, -dot(n, w))
+    images = view.at(p), fan.radius * view.along(e), fan.radius * view.along(f)
+    return p, w, images, (dot(n, e), dot(n, f), towards)
 
 
 @formula

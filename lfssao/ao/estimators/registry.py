@@ -25,6 +25,7 @@ _FAMILIES: dict[str, tuple[str, ...]] = {
     "vo.lines": ("vo-lines", "vo-lines-normal"),
     "vo.area": ("vo-area", "vo-area-normal"),
     "horizon": ("hbao",),
+    "gtao": ("gtao",),
     "oriented": ("oriented-hemisphere",),
     "neighbours": ("lf-neighbours",),
 }

@@ -22,6 +22,7 @@ _OWN_COUNTS: dict[str, dict[int | None, dict[str, Value]]] = {
     "sao": {n: {"taps": n, "turns": 0} for n in (1, 4, 16, 64, 256)},
     "sao-equation-1": {n: {"taps": n, "turns": 0} for n in (1, 4, 16, 64, 256)},
     "hbao": {n * n: {"directions": n, "steps": n} for n in (1, 2, 4, 16, 32)},
+    "gtao": {4 * n * n: {"slices": n, "steps": 2 * n} for n in (1, 2, 8)},
 }
 
 

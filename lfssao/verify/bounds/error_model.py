@@ -26,9 +26,11 @@ A renderer is free to do more, in every model but ``strict``:
 - rgb (1 - ao) may be rgb - rgb ao.
 - A perspective camera's window depths, of sample and surface, may be made distances before they are compared.
 - A texture that is stored in fewer bits may be read by the next pass, or that has the numbers of before (``stored``).
-- Taps of alchemy, sao and hbao may be turned by a cosine and a sine, or the angle may be added to theirs; the angles,
+- Taps of alchemy, sao and hbao, and slices, may be turned by a cosine and a sine, or by an angle; the angles,
   in [-pi, pi], are rounded before and after. Two and their sum are off by 2^-21 to nearest, a sine of 2 ulp by 2^-23.
   Sums of ``angle_sum`` float32, which are large, are the nearest numbers, and sines of them are as good.
+- The angle of a cosine, by which slices are weighted, may be off by as much of itself, 4096 ulp (Vulkan). A sine or
+  cosine of such an angle, in place of those that are known of directions, is none that is allowed.
 - Visibility, 1 - ao, may be merged (by the minimum), blurred and multiplied by, and subtracted from 1 to be written.
 
 It may not change its inputs: the numbers of the mapping and of ``screen_to_world``, each rounded once to

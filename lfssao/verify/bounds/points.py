@@ -148,6 +148,7 @@ _TERMS = {
     "alchemy": (LIMITLESS, False),
     "oriented-hemisphere": (1.0, True),
     "hbao": (2 * ZENITH, True),
+    "gtao": (0.0, True),  # steps add nothing
 }
 
 # Estimators whose intervals are not those of their formulas at one radius.

@@ -112,6 +112,7 @@ def _other(estimator: Estimator, option: str, value: Value) -> Value:
 
 # Options that are off by default, or take no multiple of it, and what cases set them to where they can.
 _OTHER: dict[str, float] = {"thickness": 0.3, "second": 0.5, "seed": 7, "bias": 20.0, "directions": 5, "steps": 3}
+_OTHER |= {"slices": 3, "start": 0.5, "falloff": 0.6, "thin": 0.5, "sectors": 16}
 
 # Options that show nothing unless another one is set.
 _WITH: dict[str, Changes] = {"combine": {"second": 0.5}, "background": {"range_check": "none"}}

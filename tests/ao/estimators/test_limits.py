@@ -91,6 +91,20 @@ def horizons(h, p, n, radius, directions=360, steps=600, quadratic=1.0):
     return np.mean(np.sum((1 - quadratic * (away / radius) ** 2) * gains, axis=1))
 
 
+def slices(h, p, n, radius, steps):
+    """Cosine-weighted directions that no horizon hides, the integral over a slice's angles by the midpoint rule too."""
+    theta = np.pi * (2 * np.arange(64)[:, None] + 1) / 64
+    length = radius * (np.arange(steps) + 1) / steps
+    dx, dy = length * np.cos(theta), length * np.sin(theta)
+    dz = h(p[0] + dx, p[1] + dy) - p[2]
+    away = np.sqrt(dx**2 + dy**2 + dz**2)
+    cosine = np.max(np.where(away < radius, dz / away, -1), axis=1, keepdims=True)
+    angle = np.arccos(cosine) * (np.arange(400) + 0.5) / 400
+    x, y, z = np.sin(angle) * np.cos(theta), np.sin(angle) * np.sin(theta), np.cos(angle)
+    weight = np.maximum(x * n[0] + y * n[1] + z * n[2], 0) / np.pi
+    return 1 - 2 * np.pi * np.mean(np.sum(weight * np.sin(angle), axis=1) * np.arccos(cosine[:, 0]) / 400)
+
+
 def square_of_texels(h, p, n, radius):
     """Mean over the square of (1 - t^2 / R^2) max(0, cos); alone, a level is its own maximum and average."""
     a = (KERNEL + 0.5) * 0.75 / HEIGHT
@@ -141,6 +155,7 @@ NEAR_THE_LIMIT = {
         partial(behind, half=True), RADIUS, filled_ball(600), {"bias": 0.0, "range_check": "none"}, 0.03
     ),
     "hbao": (partial(horizons, **AROUND), 0.3, None, {"randomize": False, **AROUND}, 0.03),
+    "gtao": (partial(slices, steps=6), 0.3, None, {"randomize": False, "slices": 32, "steps": 6}, 0.02),
 }  # fmt: skip
 
 

@@ -33,6 +33,8 @@ NUMBERS = {
     "levels": range(1, 6), "kernel": [1, 2], "thickness": [0.0, 0.02, 0.3], "second": [0.0, 0.5],
     "seed": [0, 1, 12345, 2**32 - 1, 2**53], "half_width": [0.0, 1.0, 3**0.5], "directions": range(1, 6),
     "steps": range(1, 5), "bias": [0.0, 0.05, 0.5, 10.0, 45.0, 90.0], "reach": [1.0, 0.0, 2.5],
+    "slices": [1, 2, 3], "start": [1.0, 0.5, 0.0], "falloff": [0.0, 0.6, 1.0], "thin": [0.0, 0.7],
+    "power": [1.0, 2.2, 0.0],
 }  # fmt: skip
 
 

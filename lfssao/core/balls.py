@@ -30,7 +30,6 @@ from lfssao.core.ball_type import (
     rule,
 )
 from lfssao.core.doubts import Doubt, doubt
-from lfssao.core.elementary import exp as float_exp
 from lfssao.core.elementary import log2 as float_log2
 from lfssao.core.elementary import power as float_power
 from lfssao.core.numbers import (
@@ -38,7 +37,6 @@ from lfssao.core.numbers import (
     alternatives,
     by_squaring,
     double,
-    exponential,
     formula,
     is_finite,
     is_number,
@@ -240,17 +238,6 @@ def _log2(x):
     least, most = float_log2(low), float_log2(min(high, 2.0**1000))
     off = 2.0**-21 + 3.0 * 2.0**-23 * max(abs(least), abs(most))
     return ball_between(least - off, most + off, x)
-
-
-@rule(exponential)
-def _exponential(x):
-    """It grows with x: both ends, each off by a part that grows with the exponent; below 2^-126 it may be flushed."""
-    low, high = x.value - x.error * SAFETY, x.value + x.error * SAFETY
-    if not high <= 88.0:
-        return Ball(0.0, UNKNOWN, x)
-    least = float_exp(low) * (1.0 - (x.constant + x.slope * abs(low)))
-    most = float_exp(high) * (1.0 + (x.constant + x.slope * abs(high)))
-    return ball_between(least if least > FLUSHED else 0.0, max(most, FLUSHED), x)
 
 
 @rule(is_finite)

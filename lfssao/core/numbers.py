@@ -5,7 +5,7 @@ IEEE operation, and a plain number beside a float takes its dtype. Compiled for 
 what other renderers make. Python itself runs it on numbers that are exact, or that round at random.
 
 Here are the words of formulas, and floats. Numbers of Python that are no floats may have ``number``, ``double``,
-``log2``, ``exponential`` and ``is_number`` of their own, methods.
+``log2`` and ``is_number`` of their own, methods.
 """
 
 import inspect
@@ -31,7 +31,6 @@ from numba.extending import (
     type_callable,
 )
 
-from lfssao.core.elementary import exp as float_exp
 from lfssao.core.elementary import log2 as float_log2
 from lfssao.core.elementary import power as float_power
 from lfssao.core.jit import FLAGS
@@ -265,11 +264,6 @@ def power(x: Any, k: Any) -> Any:
     return number(float_power(np.float64(x), np.float64(k)), x) if isinstance(x, np.generic) else x**k
 
 
-def exponential(x: Any) -> Any:
-    """Return e^x, x at most 88: in float64, rounded once."""
-    return x.exponential() if hasattr(x, "exponential") else number(float_exp(np.float64(x)), x)
-
-
 def by_squaring(x: Any, times: int) -> Any:
     """Return x^(2^times), x from 0 on, by so many squarings; of balls by pow, too."""
     for _ in range(times):
@@ -391,12 +385,8 @@ for _word in (
 of_floats(is_number, _is_ordered)
 
 
-@overload(exponential, jit_options=INLINED)
-def _exponential(x):
-    return (lambda x: number(float_exp(np.float64(plain(x))), x)) if isinstance(x, FloatType) else None
-
-
 @overload(power, jit_options=INLINED)
 def _power(x, k):
-    made = lambda x, k: number(float_power(np.float64(plain(x)), np.float64(k)), x)  # noqa: E731 - it is compiled
-    return made if isinstance(x, FloatType) else None
+    if not isinstance(x, FloatType):
+        return None
+    return lambda x, k: number(float_power(np.float64(plain(x)), np.float64(k)), x)

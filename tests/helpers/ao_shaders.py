@@ -75,6 +75,8 @@ def numbers_of(frame):
         return made | {"taps": o["taps"], "turns": turns, "log_q": o["log_q"], "levels": levels_of(frame)}
     if frame.settings["estimator"] == "hbao":
         return {"bias": np.radians(o["bias"]), "around": o["directions"], "steps": o["steps"]}
+    if frame.settings["estimator"] == "gtao":
+        return {name: o[name] for name in ("slices", "steps", "start", "falloff", "power")}
     return {"bias": o["bias"] * r, "count": len(frame.settings["samples"])} if "bias" in o else {}
 
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from lfssao.core.functions import exponential
 from lfssao.core.numbers import (
     alternatives,
     by_squaring,
     double,
-    exponential,
     formula,
     larger,
     line,

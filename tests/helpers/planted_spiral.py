@@ -6,7 +6,8 @@ import numpy as np
 from lfssao.ao.estimators.estimator import Options, option
 from lfssao.ao.formulas import summed
 from lfssao.core.elementary import sincospi
-from lfssao.core.numbers import exponential, larger, number, rounded, select, smaller
+from lfssao.core.functions import exponential
+from lfssao.core.numbers import larger, number, rounded, select, smaller
 from lfssao.core.vectors import cross, dot
 
 
@@ -35,9 +36,8 @@ class Spiral(NamedTuple):
 
     def term(self, view, here, s, z, texel, seen):
         v = view.position(seen) - here[0]
-        d = dot(v, v)
-        falloff = exponential(-rounded(self.slope, 3, d) * d)
-        return select(d > 0, larger(0, dot(v, here[1])) / np.sqrt(d) * falloff, number(0, z))
+        d, above = dot(v, v), larger(0, dot(v, here[1]))
+        return select(d > 0, above / np.sqrt(d) * exponential(-rounded(self.slope, 3, d) * d), number(0, z))
 
     def background(self):
         return 0

@@ -14,7 +14,7 @@ from operator import add, and_, or_
 import numpy as np
 import pytest
 
-from lfssao.core import numbers, vectors
+from lfssao.core import functions, numbers, vectors
 from lfssao.core.corners import Corners
 from lfssao.core.places import Rows
 from lfssao.core.vectors import Vector
@@ -26,7 +26,7 @@ KINDS = {np.add: "operation", np.subtract: "operation", np.multiply: "operation"
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
 SMALLEST = 2.0**-126
 ERRORS = "operation", "quotient", "root", "coordinate", "angle"
-WORDS = "number", "rounded", "alternatives", "by_squaring", "smoothstep", "power", "twice", "log2", "exponential"
+WORDS = "number", "rounded", "alternatives", "by_squaring", "smoothstep", "power", "twice", "log2"
 
 
 def single(x):
@@ -140,7 +140,7 @@ class Renderers:
     @contextmanager
     def compute(self):
         """In the block, formulas have these words."""
-        words = [getattr(numbers, name) for name in WORDS] + [vectors.dot]
+        words = [getattr(numbers, name) for name in WORDS] + [vectors.dot, functions.exponential]
         own = {word: getattr(self, word.__name__) for word in words} | {display_module: display_module.py_func}
         with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
             for module in [each for name, each in sys.modules.items() if name.startswith("lfssao.")]:

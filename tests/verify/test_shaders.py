@@ -17,6 +17,12 @@ from lfssao.cli.main import main
 pytestmark = pytest.mark.slow
 TAU = "6.283185307179586"
 RAW = "--parameter", "gauss=0", "--parameter", "quad_edge=0"
+SLICES = [
+    "--rotate", "ign", *(f"--parameter={each}" for each in (
+        "randomize=false", "slices=3", "steps=4", "start=0.5", "distribution=squared", "falloff=0.615", "power=2.0"))
+]  # fmt: skip
+COSINE = "part * (cos_n + 2.0 * h * sin(tilt) - cos(2.0 * h - tilt)) / 4.0"
+UNIFORM = "0.5 - 0.5 * clamp(horizon, -1.0, 1.0)"
 # Shader, the defines of its convention, the scene and options of the reference.
 RIGHT = {
     "sao": ("sao", {"FACE": 1, "LANDING": 0, "FULL_TURN": TAU}, ("corner", *RAW)),
@@ -31,15 +37,17 @@ RIGHT = {
     ),
     "hbao": ("hbao", {}, ("corner", "--rotate", "ign", "--parameter", "randomize=false", "--parameter", "bias=10")),
     "hbao without bias": ("hbao", {}, ("statue", "--rotate", "tiles", "--parameter", "randomize=false")),
+    "gtao": ("gtao", {"WEIGHTED": COSINE}, ("corner", *SLICES)),
+    "gtao, uniform": ("gtao", {"WEIGHTED": UNIFORM}, ("statue", *SLICES, "--parameter", "weighting=uniform")),
     "oriented": ("oriented", {"RANGE": 2}, ("statue",)),
     "oriented by distance": ("oriented", {"RANGE": 1}, ("corner", "--parameter", "range_check=distance")),
     "oriented without range check": ("oriented", {"RANGE": 0}, ("statue", "--parameter", "range_check=none")),
 }  # fmt: skip
-ESTIMATORS = {"sao": "sao", "hbao": "hbao", "oriented": "oriented-hemisphere"}
+ESTIMATORS = {"sao": "sao", "hbao": "hbao", "gtao": "gtao", "oriented": "oriented-hemisphere"}
 
 # The convention of a bug, its change of the shader's text or of what it is handed, and the cause that is named, with
 # its value; None where it is found and no name is asked for.
-SAO, BUFFER, HBAO, ORIENTED = "sao", "sao at the nearest texel, normals of a texture", "hbao", "oriented"
+SAO, BUFFER, HBAO, GTAO, ORIENTED = "sao", "sao at the nearest texel, normals of a texture", "hbao", "gtao", "oriented"
 BUGS = {
     "bias forgotten": (SAO, (r"- beta\)", ")"), "beta 0 in place of 0.01"),
     "projection scale without its 1/2": (SAO, (r"radius \* lens.xy / z", "2.0 * radius * lens.xy / z"),
@@ -72,6 +80,21 @@ BUGS = {
     "horizon never raised": (HBAO, (r"horizon = up;", ";"), None),
     "half the mean": (HBAO, (r"sum / float\(around\)", "0.5 * sum / float(around)"), "sum divided by 16 in place of 8"),
     "tangent plane forgotten": (HBAO, (r"rise = atan\(-dot\(n, out_there\) / facing\)", "rise = 0.0"), None),
+    "axis from the normal": (GTAO, (r"cross\(along, v\)", "cross(along, normal)"), None),
+    "half step missing": (GTAO, (r"float\(k\) \+ start", "float(k)"), "start 0 in place of 0.5"),
+    "uniform for cosine": (GTAO, (r"WEIGHTED", "0.5 - 0.5 * horizon"), "weighting uniform in place of cosine"),
+    "horizon not in the hemisphere": (GTAO, (r"horizon = low", "horizon = -1.0"), None),
+    "falloff forgotten": (GTAO, (r"mix\(low, dot\(d, v\) / far, weight\)", "far < radius ? dot(d, v) / far : low"),
+                          "falloff 0 in place of 0.615"),
+    "falloff of the square": (GTAO, (r", weight\)\)", ", weight * weight))"), None),
+    "power forgotten": (GTAO, (r"pow\((.*), power\)", r"\1"), ("power", 0.5)),
+    "steps even": (GTAO, (r"way \* x \* x", "way * x"), "distribution even in place of squared"),
+    "slices turned the other way": (GTAO, (r"spin = ", "spin = -"), "samples turned the other way"),
+    "slices not turned": (GTAO, (r"spin = angles\[texel\]", "spin = 0.0"), "samples are not turned"),
+    "normal inside out": (GTAO, (r"normal = fetch3\(1, p\)", "normal = -fetch3(1, p)"), None),
+    "arc cosine by the polynomial": (
+        GTAO, (r"return acos\(clamp\(x, -1\.0, 1\.0\)\)", "float a = (0.5 * PI - 0.156583 * abs(x)) * "
+               "sqrt(max(0.0, 1.0 - abs(x))); return x < 0.0 ? PI - a : a"), None),
     "no bias": (ORIENTED, (r"- bias", ""), "bias 0 in place of 0.05"),
     "no range check": (ORIENTED, (r"smoothstep\(0\.0, 1\.0, radius / abs\(z_c - z\)\)", "1.0"),
                        "range_check none in place of smoothstep"),

@@ -169,7 +169,8 @@ class Estimated(Problem):
                 low, high = limits[name]
                 others = list(range(int(max(low, 0)), int(min(high, max(2 * value, _MOST_COUNT))) + 1))
             elif isinstance(value, float) and value != 0.0 and limits[name][0] <= 0.0:
-                others = [0.0, -value] if name in self.estimator.said("power") else [0.0]
+                signed = name in self.estimator.said("power") and self.estimator.reads_texels
+                others = [0.0, -value] if signed else [0.0]
             for other in others:
                 blind = self.buffers.normals is None and self.estimator.reads_normals({name: other})
                 if other != value and not blind:

@@ -108,8 +108,9 @@ def fold_texels(begin, stop, view, estimator, reading, size, texels, weights, oc
                     texel_seen = np.uint32(seen if empty < 0 or there else empty)
                     other = _between(reading, x + part * across, y + part * down, texel_seen, size)
                     added, after = estimator.step(view, here, s, state, texel, other)
-                    total += weight * plain(added)
+                    total += weight * plain(number(added, as_float(weight)))
                     state = after
             if (s + 1) % estimator.sides == 0:
-                total += weights[s, 0] * plain(number(estimator.leave(view, here, s, state), as_float(total)))
+                weight = weights[s, 0]
+                total += weight * plain(number(estimator.leave(view, here, s, state), as_float(weight)))
         occlusion[k] = plain(estimator.end(as_float(total))) if counts else zero

@@ -157,6 +157,7 @@ SETTINGS = (
     Setting("vo-area-normal, 1", partial(_module, "vo-area-normal"), ("VO area",)),
     Setting("hbao, 8 x 8", partial(_module, "hbao")),
     Setting("gtao, 4 x 2 x 8", partial(_module, "gtao")),
+    Setting("visibility-bitmask, 4 x 2 x 8", partial(_module, "visibility-bitmask")),
     Setting("multiresolution", partial(_module, "multiresolution")),
     Setting("viewing directions", _directions, (), False),
     Setting("sao, 9", _sao),

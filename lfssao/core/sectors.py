@@ -1,8 +1,9 @@
 """States of marching estimators: a number, or *sectors* of a half circle, up to 32 bits of which some are set.
 
 Floats have sectors as a uint32, balls as two: those that are set for sure, and those that may be. Numbers of Python
-have ints, or a method ``sectors_to`` that makes what they have. Here is also what drivers of balls need of a state: its
-*ends*, between which it lies, the least and the largest number, or sectors for sure and sectors that may be set.
+have ints, or methods ``sectors_to`` and ``no_sectors`` that make sectors with ``|`` and ``sector_count``. Here is also
+what drivers of balls need of a state: its *ends*, between which it lies, the least and the largest number, or sectors
+for sure and sectors that may be set.
 """
 
 from math import ceil, floor
@@ -52,6 +53,11 @@ def sectors_between(first: Any, last: Any) -> Any:
     return first.sectors_to(last) if hasattr(first, "sectors_to") else _run(int(first), int(last))
 
 
+def no_sectors(like: Any) -> Any:
+    """Return sectors of which none is set, of numbers of the kind of another."""
+    return like.no_sectors() if hasattr(like, "no_sectors") else np.uint32(0)
+
+
 def joined(x: Any, y: Any) -> Any:
     """Return sectors that are set in either."""
     return x | y
@@ -83,6 +89,13 @@ def _whole(x):
     error = x.error * SAFETY
     low, high = max(x.value - error, 0.0), min(x.value + error, 32.0)
     return np.int64(ceil(min(low, 32.0))), np.int64(floor(max(high, 0.0)))
+
+
+@overload(no_sectors, jit_options=INLINED)
+def _no_sectors(like):
+    if like == ball:
+        return lambda like: Sectors(np.uint32(0), np.uint32(0))
+    return (lambda like: np.uint32(0)) if isinstance(like, FloatType) else None
 
 
 @overload(joined, jit_options=INLINED)

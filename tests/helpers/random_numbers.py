@@ -173,6 +173,11 @@ class Number(np.lib.mixins.NDArrayOperatorsMixin):
         assert function is np.where
         return self.by.where(*given)
 
+    def sectors_to(self, last):
+        """Bits from this number to before another."""
+        first, last = (x.astype(np.int64) for x in np.broadcast_arrays(self.x, self.by.values(last)))
+        return ((1 << last) - 1) & ~((1 << first) - 1)
+
     def __mul__(self, other):
         by_itself = isinstance(other, Vector | Rows | Place)
         return NotImplemented if by_itself else np.multiply(self, other)

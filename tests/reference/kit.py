@@ -104,7 +104,7 @@ ESTIMATORS = {
     "point": points.point, "hemisphere": partial(points.point, hemisphere=True), "alchemy": points.alchemy,
     "sao": partial(scalable.scalable, falloff=True), "sao-equation-1": partial(scalable.scalable, falloff=False),
     "multiresolution": multiresolution, "hbao": volumetric.hbao,
-    "gtao": slices.gtao,
+    "gtao": slices.gtao, "visibility-bitmask": slices.visibility_bitmask,
     "oriented-hemisphere": volumetric.oriented_hemisphere,
 }  # fmt: skip
 for name, function in (("points", volumetric.points), ("lines", volumetric.lines), ("area", volumetric.areas)):

@@ -101,3 +101,49 @@ def gtao(parameters, inputs):
         return total / dtype(slices.count), outside
 
     return slices.solve(total_of)
+
+
+def visibility_bitmask(parameters, inputs):
+    slices, options = Slices(parameters, inputs), parameters["options"]
+    dtype, uniform, touched = slices.dtype, options["weighting"] == "uniform", options["rule"] == "touched"
+    count, thick = dtype(options["sectors"]), dtype(options["thickness"] * parameters["radius"])
+    half = dtype(0.5)
+
+    def part_of(c, cn, sn):
+        if uniform:
+            made = (slices.angle(slices.held(c, -1, 1)) + slices.angle(slices.held(sn, -1, 1))) / dtype(np.pi)
+        else:
+            sine = np.sqrt(slices.held(1 - c * c, 0, np.inf))
+            made = half + half * (sine * cn - c * sn) if c * cn + sine * sn > 0 else dtype(1)
+        made = made if made < 1 else dtype(1)
+        return made if made > 0 else dtype(0)
+
+    def sectors_of(frame, texel, cn, sn, second):
+        d = slices.scene.positions[texel] - frame.p
+        b, square = d + thick * frame.w, dot(d, d)
+        if not np.sqrt(square) / slices.r < 1:
+            return []
+        front, back = (part_of(-dot(x, frame.w) / np.sqrt(dot(x, x)), cn, sn) for x in (d, b))
+        if second:
+            front, back = 1 - back, 1 - front
+        low, high = count * front, count * back
+        first = np.floor(low if touched else low + half)
+        last = first - np.floor(low - high) if touched else np.floor(high + half)
+        return range(int(first), int(last if last < count else count))
+
+    def total_of(frame, j, i):
+        e, f, v = slices.normal(frame, j, i)
+        total, outside, hidden = dtype(0), 0, set()
+        for s, (x, y) in enumerate(slices.sides):
+            t = x * e + y * f
+            length = np.sqrt(v * v + t * t)
+            texels, lost = slices.seen(frame, (x, y), j, i)
+            hidden = hidden if s % 2 else set()
+            for texel in texels:
+                hidden |= set(sectors_of(frame, texel, v / length, t / length, s % 2))
+            outside += lost
+            if s % 2:
+                total = total + (1 - dtype(len(hidden)) / count)
+        return total / dtype(slices.count), outside
+
+    return slices.solve(total_of)

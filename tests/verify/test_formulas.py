@@ -40,6 +40,9 @@ _SLICES = {
     "jitter": [False, True], "weighting": ["cosine", "uniform"], "acos": ["exact", "polynomial"], "power": [1.0, 2.2],
     "randomize": [False, True],
 }  # fmt: skip
+VARIANTS["visibility-bitmask"] = {
+    **_SLICES, "thickness": [0.05, 0.5], "sectors": [32, 5], "rule": ["middle", "touched"]
+}  # fmt: skip
 VARIANTS["gtao"] = {**_SLICES, "falloff": [0.0, 0.6], "thin": [0.0, 0.5]}
 _HIDDEN = {"range_check": [False, True], "surface": ["depth", "positions"], "background": ["open", "occludes"]}
 VARIANTS |= {"point": {**_HIDDEN, "remap": [False, True]}, "hemisphere": _HIDDEN}
@@ -52,7 +55,8 @@ _LOOK_UPS = {
     "border": ["open", "open", "clamp", "repeat", "mirror", "background"], "cleared": [0.0, 0.3, 2.0],
     "filter": ["nearest", "linear"],
 }  # fmt: skip
-for _name in ("point", "oriented-hemisphere", "alchemy", "hbao", "gtao"):  # all ways in which formulas read a texel
+_BY_LOOK_UPS = "point", "oriented-hemisphere", "alchemy", "hbao", "gtao", "visibility-bitmask"
+for _name in _BY_LOOK_UPS:  # all ways in which formulas read a texel
     VARIANTS[_name] |= _LOOK_UPS | {"background": [*VARIANTS[_name].get("background", ["open"]), "cleared"]}
 # Factors of errors that are too small: a root of a cancelled difference is off by far more than renderers mostly are.
 TOO_SMALL = {"vo-area": 0.01, "vo-area-normal": 0.01}

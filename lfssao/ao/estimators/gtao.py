@@ -33,7 +33,7 @@ import numpy as np
 
 from lfssao.ao.estimators.estimator import Estimator, option
 from lfssao.ao.estimators.horizon import disk_around
-from lfssao.ao.estimators.slices import SliceOptions, in_common, part_of_step, polynomial_angle, tilt
+from lfssao.ao.estimators.slices import SliceOptions, in_common, occlusion_of, part_of_step, polynomial_angle, tilt
 from lfssao.ao.formulas import ZENITH, fold_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.numbers import (
@@ -42,7 +42,6 @@ from lfssao.core.numbers import (
     larger,
     least,
     most,
-    power,
     rounded,
     select,
     smaller,
@@ -132,7 +131,7 @@ class Arcs(NamedTuple):
 
     def end(self, total: Any) -> Any:
         """1 - visibility^power, of the mean over the slices."""
-        return 1 - power(smaller(1, larger(0, total / (self.points.shape[0] // 2))), self.exponent)
+        return occlusion_of(self, total)
 
 
 @formula

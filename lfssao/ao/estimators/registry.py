@@ -26,6 +26,7 @@ _FAMILIES: dict[str, tuple[str, ...]] = {
     "vo.area": ("vo-area", "vo-area-normal"),
     "horizon": ("hbao",),
     "gtao": ("gtao",),
+    "bitmask": ("visibility-bitmask",),
     "oriented": ("oriented-hemisphere",),
     "neighbours": ("lf-neighbours",),
 }

@@ -16,7 +16,7 @@ from lfssao.ao.estimators.estimator import FloatArray, option
 from lfssao.ao.estimators.look_ups import LookUps
 from lfssao.ao.estimators.vo.local_frame import TILE, disk_mirrors
 from lfssao.core.elementary import PI, sincospi
-from lfssao.core.numbers import formula, larger, number, rounded, select
+from lfssao.core.numbers import formula, larger, number, power, rounded, select, smaller
 
 # Lagarde 2014, 'Inverse trigonometric functions GPU optimization for AMD GCN architecture', of degree 1: within 0.0091.
 _SLOPE = -0.156583
@@ -68,6 +68,12 @@ def polynomial_angle(x: Any) -> Any:
     size = abs(x)
     near = np.sqrt(larger(0, 1 - size)) * (0.5 * PI + _SLOPE * size)
     return select(x < 0, PI - near, near)
+
+
+@formula
+def occlusion_of(slices: Any, total: Any) -> Any:
+    """Return 1 - visibility^power, of the sum of all slices' visibility."""
+    return 1 - power(smaller(1, larger(0, total / (slices.points.shape[0] // 2))), slices.exponent)
 
 
 def sides(slices: int) -> FloatArray:

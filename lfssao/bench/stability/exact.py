@@ -20,7 +20,7 @@ from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
 from lfssao.ao.kernels.float_view import FloatView, shown
 from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.moments import Pyramid, filtered_moments
-from lfssao.bench.stability.tracked import DOUBLE, Arithmetic, Doubt, Tracked, holds, hull, in_doubt
+from lfssao.bench.stability.tracked import DOUBLE, Arithmetic, Doubt, Sectors, Tracked, holds, hull, in_doubt, unknown
 from lfssao.core.numbers import select, where_none
 from lfssao.core.places import Rows
 from lfssao.optics.kernels.display import display_module, display_to_image
@@ -200,19 +200,20 @@ class Formulas:
         here = self.estimator.start(self.view, texel)
         parts = (self._rises if hasattr(self.estimator, "steps") else self._terms)(here, texel)
         made = self.estimator.end(reduce(add, parts, self.work.given(0)))
-        return self._number(select(self.estimator.counts(self.view, here), self._number(made), 0))
+        found: Tracked = self._number(select(self.estimator.counts(self.view, here), self._number(made), 0))
+        return found
 
-    def _look_up(self, seen: Image, numbers: Callable[[int | None], Sequence[Any]]) -> list[Tracked]:
+    def _look_up(self, seen: Image, numbers: Callable[[int | None], Sequence[Any]]) -> list[Any]:
         """Numbers of the texel that an image point lies in, or may lie in."""
         here, others = landed(seen, (self.rows, self.view.width))
         exact = [self._number(x) for x in numbers(here)]
         if others is None:
-            return [Tracked(x.value, inf, self.work) for x in exact]
+            return [unknown(x) for x in exact]
         made = [[self._number(x) for x in numbers(other)] for other in others]
         return [hull(x, [other[k] for other in made]) for k, x in enumerate(exact)]
 
-    def _number(self, x: Any) -> Tracked:
-        return x if isinstance(x, Tracked) else self.work.given(x)
+    def _number(self, x: Any) -> Any:
+        return x if isinstance(x, Tracked | Sectors) else self.work.given(x)
 
     def _terms(self, here: Any, texel: int) -> Iterator[Tracked]:
         """The terms of a texel's samples."""

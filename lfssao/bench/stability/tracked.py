@@ -8,7 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from math import expm1, floor, inf, isfinite, isqrt, log, log1p, log2, trunc
+from functools import reduce
+from math import ceil, expm1, floor, inf, isfinite, isqrt, log, log1p, log2, trunc
+from operator import and_, or_
 from typing import Any
 
 import numpy as np
@@ -180,6 +182,17 @@ class Tracked:
             off = max(abs(float(end - value)) for end in ends) * _SAFETY
         return self.arithmetic.number(value, off + 2.0**-50 * (self.arithmetic.unit > 0))
 
+    def no_sectors(self) -> "Sectors":
+        """Sectors of which none is set."""
+        return Sectors(0, 0, 0, self.arithmetic)
+
+    def sectors_to(self, last: "Tracked") -> "Sectors":
+        """Sectors from this number to before another, whole numbers from 0 to 32."""
+        (least, most), (low, high) = ((x.value - _reach(x), x.value + _reach(x)) for x in (self, last))
+        ends = (int(self.value), int(last.value)), (floor(most), ceil(low)), (ceil(least), floor(high))
+        exact, must, may = (_bits_between(*each) for each in ends)
+        return Sectors(exact, must, may, self.arithmetic)
+
     def number(self, x: Any) -> Any:
         """A number of another arithmetic in this one's; plain ones stay (``lfssao.core.numbers.number``)."""
         same = not isinstance(x, Tracked) or x.arithmetic == self.arithmetic
@@ -257,6 +270,40 @@ class Tracked:
 
 
 @dataclass(frozen=True)
+class Sectors:
+    """Sectors that are set without rounding, those that are for sure, and those that may be (``core.sectors``)."""
+
+    exact: int
+    must: int
+    may: int
+    arithmetic: Arithmetic
+
+    def __or__(self, other: "Sectors") -> "Sectors":
+        return Sectors(self.exact | other.exact, self.must | other.must, self.may | other.may, self.arithmetic)
+
+    def sector_count(self) -> Tracked:
+        """How many are set."""
+        exact, must, may = (each.bit_count() for each in (self.exact, self.must, self.may))
+        return Tracked(Fraction(exact), float(max(exact - must, may - exact)), self.arithmetic)
+
+    def hull(self, others: "Sequence[Sectors]") -> "Sectors":
+        """Sectors that rounding may exchange for others."""
+        every = self, *others
+        return Sectors(
+            self.exact,
+            reduce(and_, (each.must for each in every)),
+            reduce(or_, (each.may for each in every)),
+            self.arithmetic,
+        )
+
+    def __getitem__(self, _all: tuple[()]) -> "Sectors":
+        return self
+
+    def __array_function__(self, function: Any, _types: Any, given: Any, _named: Any) -> Any:
+        return _where(self.arithmetic, *given) if function is np.where else NotImplemented
+
+
+@dataclass(frozen=True)
 class Doubt:
     """A condition that rounding may change: whether it holds without, and the arithmetic of its numbers."""
 
@@ -303,15 +350,26 @@ def in_doubt(condition: Any) -> bool:
     return isinstance(condition, Doubt)
 
 
-def hull(exact: Tracked, others: Sequence[Tracked]) -> Tracked:
-    """A number that rounding may exchange for others."""
+def hull(exact: Any, others: Sequence[Any]) -> Any:
+    """A number, or sectors, that rounding may exchange for others."""
+    if isinstance(exact, Sectors):
+        return exact.hull(others)
     away = (float(abs(x.value - exact.value)) * _SAFETY + x.error for x in others)
     return Tracked(exact.value, max((exact.error, *away)), exact.arithmetic)
+
+
+def unknown(exact: Any) -> Any:
+    """The same number, or sectors, of which nothing is known after rounding."""
+    if isinstance(exact, Sectors):
+        return Sectors(exact.exact, 0, 2**32 - 1, exact.arithmetic)
+    return Tracked(exact.value, inf, exact.arithmetic)
 
 
 def _where(work: Arithmetic, condition: Any, x: Any, y: Any) -> Any:
     """``numpy.where``; an infinity that is chosen for sure stays plain."""
     exact, other = (x, y) if holds(condition) else (y, x)
+    if isinstance(exact, Sectors):
+        return hull(exact, [other]) if in_doubt(condition) else exact
     if not in_doubt(condition) and not isinstance(exact, Tracked) and not isfinite(exact):
         return np.float64(exact)
     exact, other = (each if isinstance(each, Tracked) else work.number(each) for each in (exact, other))
@@ -325,6 +383,16 @@ def _fact(true: bool, room: Fraction, error: float, arithmetic: Arithmetic) -> A
 
 def _is_zero(x: Tracked) -> bool:
     return x.error == 0 and not x.value
+
+
+def _reach(x: Tracked) -> Fraction:
+    return Fraction(min(x.error, 64.0))
+
+
+def _bits_between(first: int, last: int) -> int:
+    """Bits from one number to before another, held between 0 and 32."""
+    first, last = (min(max(each, 0), 32) for each in (first, last))
+    return ((1 << last) - 1) & ~((1 << first) - 1)
 
 
 def _shortened(value: Fraction) -> Fraction:

@@ -17,7 +17,7 @@ FAMILIES = {
     "VO, whole ball": ("vo-points", "vo-lines", "vo-area"),
     "VO, above the tangent plane": ("vo-points-normal", "vo-lines-normal", "vo-area-normal"),
     "SAO": ("alchemy", "sao", "sao-equation-1"),
-    "horizons and levels": ("hbao", "gtao", "multiresolution"),
+    "horizons and levels": ("hbao", "gtao", "visibility-bitmask", "multiresolution"),
 }
 _MARKERS = "osD^vP*X<>dph"
 

@@ -17,12 +17,16 @@ _TAPS = ("alchemy",)
 # Estimators whose samples are boxes that stand for areas, no point set of the disk. They run with their defaults.
 _BOXES = ("vo-area", "vo-area-normal")
 
+# The same for estimators by slices, whose two sides have steps each.
+_SLICES: dict[int | None, dict[str, Value]] = {4 * n * n: {"slices": n, "steps": 2 * n} for n in (1, 2, 8)}
+
 # Parameters that set the number of taps of estimators that make their own.
 _OWN_COUNTS: dict[str, dict[int | None, dict[str, Value]]] = {
     "sao": {n: {"taps": n, "turns": 0} for n in (1, 4, 16, 64, 256)},
     "sao-equation-1": {n: {"taps": n, "turns": 0} for n in (1, 4, 16, 64, 256)},
     "hbao": {n * n: {"directions": n, "steps": n} for n in (1, 2, 4, 16, 32)},
-    "gtao": {4 * n * n: {"slices": n, "steps": 2 * n} for n in (1, 2, 8)},
+    "gtao": _SLICES,
+    "visibility-bitmask": _SLICES,
 }
 
 

@@ -149,6 +149,7 @@ _TERMS = {
     "oriented-hemisphere": (1.0, True),
     "hbao": (2 * ZENITH, True),
     "gtao": (0.0, True),  # steps add nothing
+    "visibility-bitmask": (0.0, True),
 }
 
 # Estimators whose intervals are not those of their formulas at one radius.

@@ -208,7 +208,7 @@ def _turned() -> Iterator[Recipe]:
         yield Recipe(f"turned_{name}", name.partition("_")[0], title, _turning, build, *arguments)
     for name in (
         "point", "hemisphere", "vo-points-normal", "vo-lines-normal", "vo-area", "hbao", "alchemy", "sao",
-        "oriented-hemisphere", "gtao",
+        "oriented-hemisphere", "gtao", "visibility-bitmask",
     ):  # fmt: skip
         seen = ESTIMATORS[name], "perspective" if name == "point" else ""
         yield Recipe(f"turned_{name}", "estimator", title, _turning, estimator_problem, *seen, {})

@@ -105,6 +105,18 @@ def slices(h, p, n, radius, steps):
     return 1 - 2 * np.pi * np.mean(np.sum(weight * np.sin(angle), axis=1) * np.arccos(cosine[:, 0]) / 400)
 
 
+def half_circles(h, p, n, radius, steps):
+    """Part of each slice's half circle around the normal that lies below the horizons, by sines, mean over slices."""
+    theta = np.pi * (2 * np.arange(64)[:, None] + 1) / 64
+    length = radius * (np.arange(steps) + 1) / steps
+    dx, dy = length * np.cos(theta), length * np.sin(theta)
+    dz = h(p[0] + dx, p[1] + dy) - p[2]
+    near = np.sqrt(dx**2 + dy**2 + dz**2) < radius
+    angle = np.min(np.where(near, np.arctan2(length, dz), np.pi), axis=1)
+    tilt = np.arctan2(n[0] * np.cos(theta[:, 0]) + n[1] * np.sin(theta[:, 0]), n[2])
+    return 1 - np.mean(np.sin(np.minimum(angle - tilt, np.pi / 2)))
+
+
 def square_of_texels(h, p, n, radius):
     """Mean over the square of (1 - t^2 / R^2) max(0, cos); alone, a level is its own maximum and average."""
     a = (KERNEL + 0.5) * 0.75 / HEIGHT
@@ -155,6 +167,10 @@ NEAR_THE_LIMIT = {
         partial(behind, half=True), RADIUS, filled_ball(600), {"bias": 0.0, "range_check": "none"}, 0.03
     ),
     "hbao": (partial(horizons, **AROUND), 0.3, None, {"randomize": False, **AROUND}, 0.03),
+    "visibility-bitmask": (
+        partial(half_circles, steps=6), 0.3, None,
+        {"randomize": False, "slices": 32, "steps": 6, "thickness": 1e3}, 0.03
+    ),
     "gtao": (partial(slices, steps=6), 0.3, None, {"randomize": False, "slices": 32, "steps": 6}, 0.02),
 }  # fmt: skip
 

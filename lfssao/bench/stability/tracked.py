@@ -16,11 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike
 
+from lfssao.bench.stability.exact_functions import ROOT, arc_cosine, power_of, shortened
+
 _PLAIN = int, float, np.number  # types of plain numbers
-_BITS = 2048  # of a denominator; a value of more is off by up to 2^-1100 of itself, which no bound counts
-_KEPT = 1101
 _NORMAL = Fraction(1, 2**1022)  # the smallest
-_ROOT = 300  # bits of a root's value
 # More than the dozen float64 operations of a bound can have rounded away.
 _SAFETY = 1.0 + 2.0**-40
 
@@ -49,7 +48,7 @@ class Arithmetic:
             if not isfinite(value):
                 return Tracked(Fraction(0), inf, self)
             value = Fraction(float(value))
-        made = Tracked(_shortened(value), error, self)
+        made = Tracked(shortened(value), error, self)
         if not made.size + error < self.largest:
             made.error = inf
         elif error or not self._holds(value, made.size):
@@ -122,7 +121,7 @@ class Tracked:
         if (_is_zero(self) and b.error < inf) or (_is_zero(b) and self.error < inf):
             return self.arithmetic.number(Fraction(0))
         if inf in (self.error, b.error):
-            return Tracked(_shortened(self.value * b.value), inf, self.arithmetic)
+            return Tracked(shortened(self.value * b.value), inf, self.arithmetic)
         error = self.size * b.error + b.size * self.error + self.error * b.error
         return self.arithmetic.number(self.value * b.value, error)
 
@@ -134,7 +133,7 @@ class Tracked:
             return NotImplemented
         quotient, least = self.value / b.value if b.value else Fraction(0), b.size - b.error
         if not b.value or not least > 0:
-            return Tracked(_shortened(quotient), inf, self.arithmetic)
+            return Tracked(shortened(quotient), inf, self.arithmetic)
         return self.arithmetic.number(quotient, (self.error + abs(float(quotient)) * b.error) / least)
 
     def __rtruediv__(self, other: Any) -> Any:
@@ -150,7 +149,7 @@ class Tracked:
         """A number from 0 on to a power k >= 0 in float64, rounded once, its value to 60 digits; it grows with x."""
         if k == 1:
             return self
-        value, x = _power(self.value, k), self.size
+        value, x = power_of(self.value, k), self.size
         ends = max(x - self.error, 0.0) ** k, (x + self.error) ** k
         off = max(abs(end - float(value)) for end in ends) if self.error or self.arithmetic.unit else 0.0
         return self.arithmetic.number(value, off + 2.0**-50 * float(value) * (self.arithmetic.unit > 0))
@@ -169,16 +168,16 @@ class Tracked:
         if not self.value > 0:
             return Tracked(Fraction(0), inf, self.arithmetic)
         n, d = self.value.numerator, self.value.denominator
-        k = _ROOT + max(0, d.bit_length() - n.bit_length())
+        k = ROOT + max(0, d.bit_length() - n.bit_length())
         value = Fraction(isqrt((n << 2 * k) // d), 1 << k)
         within = self.size > self.error
         return self.arithmetic.number(value, self.error / float(value) if within else inf)
 
     def arc_cosine(self) -> "Tracked":
         """The angle of a cosine that is held between -1 and 1, in float64, rounded once; it falls with x."""
-        value, off = _arc_cosine(self.value), 0.0
+        value, off = arc_cosine(self.value), 0.0
         if self.error or self.arithmetic.unit:
-            ends = (_arc_cosine(self.value + sign * Fraction(min(self.error, 2.0))) for sign in (-1, 1))
+            ends = (arc_cosine(self.value + sign * Fraction(min(self.error, 2.0))) for sign in (-1, 1))
             off = max(abs(float(end - value)) for end in ends) * _SAFETY
         return self.arithmetic.number(value, off + 2.0**-50 * (self.arithmetic.unit > 0))
 
@@ -393,36 +392,3 @@ def _bits_between(first: int, last: int) -> int:
     """Bits from one number to before another, held between 0 and 32."""
     first, last = (min(max(each, 0), 32) for each in (first, last))
     return ((1 << last) - 1) & ~((1 << first) - 1)
-
-
-def _shortened(value: Fraction) -> Fraction:
-    """A value of at most so many bits."""
-    n, d = value.numerator, value.denominator
-    if d.bit_length() <= _BITS:
-        return value
-    k = max(0, _KEPT + d.bit_length() - n.bit_length())
-    return Fraction((n << k) // d, 1 << k)
-
-
-def _arc_cosine(x: Fraction) -> Fraction:
-    """The angle of a cosine, which is held between -1 and 1, to 2^-200 of itself.
-
-    It is 2^14 times the one whose sine's square is left after the angle has been halved 14 times.
-    """
-    one = 1 << 2 * _ROOT
-    q = floor((1 - max(Fraction(-1), min(Fraction(1), x))) / 2 * one)
-    for _ in range(13):
-        q = (one - isqrt((one - q) * one)) // 2
-    term = total = isqrt(q * one)
-    for n in range(1, 24, 1):
-        term = term * q // one * (2 * n - 1) ** 2 // (2 * n * (2 * n - 1))
-        total += term // (2 * n + 1)
-    return Fraction(total << 14, one)
-
-
-def _power(x: Fraction, k: float) -> Fraction:
-    """A power of a number from 0 on, to 60 digits."""
-    if k == 0:
-        return Fraction(1)
-    with localcontext(prec=64):
-        return Fraction((Decimal(x.numerator) / Decimal(x.denominator)) ** Decimal(k))

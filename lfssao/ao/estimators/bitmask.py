@@ -167,7 +167,7 @@ ENTRIES = (
     Estimator(
         name="visibility-bitmask",
         title="sectors of slices that surfaces of a constant thickness hide",
-        source="Therrien, Levesque and Gilet 2023, section 3",
+        source="Therrien, Levesque and Gilet 2023",
         formula="ao = 1 - ((1 / slices) sum of the part of sectors that are not set)^power",
         run=partial(fold_formulas, bitmask),
         formulas=bitmask,

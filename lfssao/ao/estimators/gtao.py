@@ -1,7 +1,7 @@
 """Ground-truth AO (Jimenez, Wu, Pesce and Jarabo 2016), horizons whose cosine-weighted integral is a closed form.
 
 On each side of a slice (``slices``) h is the least angle of a sample to the viewer, within the hemisphere around the
-normal, h <= n + pi / 2. Visibility of directions is the mean over the slices of (paper, equations 6 and 7)
+normal, h <= n + pi / 2. Visibility of directions is the mean over the slices of
 
     N (a(h_1, -n) + a(h_2, n)),   a(h, n) = (cos n - cos(2 h - n) + 2 h sin n) / 4
 
@@ -157,7 +157,7 @@ ENTRIES = (
     Estimator(
         name="gtao",
         title="horizons in slices, weighted by the cosine in closed form",
-        source="Jimenez et al. 2016, equations 6 and 7",
+        source="Jimenez et al. 2016, its cosine-weighted inner integral",
         formula="ao = 1 - ((1 / slices) sum of N (a(h_1, -n) + a(h_2, n)))^power",
         run=partial(fold_formulas, arcs),
         formulas=arcs,

@@ -46,7 +46,10 @@ def _list(options: argparse.Namespace) -> None:
     else:
         estimator = chosen(options.name)
         weighting, falloff = estimator.integrand
-        rays = f"    estimates, up to strength, rays' occlusion: weighting {weighting}, falloff {falloff}"
+        said = (
+            "estimates, up to strength, rays' occlusion" if estimator.converges else "tends to no rays' occlusion; near"
+        )
+        rays = f"    {said}: weighting {weighting}, falloff {falloff}"
         print("\n".join([_line(estimator).splitlines()[0], f"    {estimator.formula}", rays, *_meanings(estimator)]))
         if estimator.text:
             print("\n".join(f"    {fact}" for fact in _found(Path(options.name), estimator)))

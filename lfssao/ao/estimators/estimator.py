@@ -81,6 +81,7 @@ class Estimator:
     normals: bool = False  # whether it reads the normals texture whatever its options are
     # The occlusion by rays, up to strength, that it estimates: weighting and falloff of ``ray_cast_occlusion``
     integrand: tuple[str, str] = ("uniform", "cubic")
+    converges: bool = True  # whether it tends to that occlusion; else it tends to none, and that is a near one
     whole_ball: bool = False  # whether a plane hides half: 2 max(0, ao - 1/2) is occlusion of the half space
     # Bytes a texel of the float32 textures that it has in memory at once: what it makes, what it returns and what is
     # kept with the view, the most over all views and parameters, turns included.

@@ -40,3 +40,9 @@ def power_of(x: Fraction, k: float) -> Fraction:
         return Fraction(1)
     with localcontext(prec=64):
         return Fraction((Decimal(x.numerator) / Decimal(x.denominator)) ** Decimal(k))
+
+
+def exponential_of(x: Fraction) -> Fraction:
+    """E to the power of a number, to 60 digits."""
+    with localcontext(prec=64):
+        return Fraction((Decimal(x.numerator) / Decimal(x.denominator)).exp())

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike
 
-from lfssao.bench.stability.exact_functions import ROOT, arc_cosine, power_of, shortened
+from lfssao.bench.stability.exact_functions import ROOT, arc_cosine, exponential_of, power_of, shortened
 
 _PLAIN = int, float, np.number  # types of plain numbers
 _NORMAL = Fraction(1, 2**1022)  # the smallest
@@ -156,8 +156,7 @@ class Tracked:
 
     def exponential(self) -> "Tracked":
         """E to its power, in float64, rounded once, its value to 60 digits; it grows with x."""
-        with localcontext(prec=64):
-            value = Fraction((Decimal(self.value.numerator) / Decimal(self.value.denominator)).exp())
+        value = exponential_of(self.value)
         off = float(value) * expm1(self.error) if self.error < 1 else inf
         return self.arithmetic.number(value, off + 2.0**-50 * float(value) * (self.arithmetic.unit > 0))
 

@@ -122,7 +122,7 @@ BASELINES = (
     Baseline(ESTIMATORS + "vo.volume.sum_samples", "VO area", "vo_area", _area, (2,), "Areas"),
     Baseline("lfssao.ao.moments.kernels.write_half", "pyramid of moments", "moments_half",
              lambda a: [a[2], a[3], a[0], a[1], a[4], float(a[5]), float(a[6])], (0,)),
-    Baseline("lfssao.ao.formulas.fold_steps", "horizons", "hbao", _horizons, (2,)),
+    Baseline("lfssao.ao.formulas.fold_steps", "horizons", "hbao", _horizons, (2,), "Horizons"),
     Baseline("lfssao.ao.formulas.sum_samples", "points with options", "share_behind", _fraction, (2,), "Points"),
     Baseline(KERNELS + "multiresolution.first_level", "multiresolution, halve", "first_level",
              lambda a: [*_size(a[0]), *a], (1,)),

@@ -194,7 +194,7 @@ def test_an_image_is_read_as_it_is_seen(inputs):
     ({"--map": "a=normals"}, "--map: there is no layer 'normals': choose one of depth, Z, depth.Z, positions"),
     ({"--depth": "two.exr", "--map": "b=a"}, "--map: there is no layer 'a'"),
     ({"--depth": "a.png"}, "--depth: a.png: it is of format png, not EXR, TIFF or NPY"),
-    ({"--rotate": "small.exr"}, "--rotate: small.exr: it has 8x5 angles, textures with guard have 8x6"),
+    ({"--rotate": "small.exr"}, "--rotate: small.exr: it has 8x5 texels, textures with guard have 8x6"),
     ({"--image": "four.npy"}, "--image: four.npy: expected a layer color or just one of 3 channels"),
     ({"--buffers": "none.toml"}, "none.toml: there is no such file"),
     ({"--buffers": "bad.toml"}, "bad.toml: there is no kind 'None'"),

@@ -72,8 +72,9 @@ def polynomial_angle(x: Any) -> Any:
 
 @formula
 def occlusion_of(slices: Any, total: Any) -> Any:
-    """Return 1 - visibility^power, of the sum of all slices' visibility."""
-    return 1 - power(smaller(1, larger(0, total / (slices.points.shape[0] // 2))), slices.exponent)
+    """Return 1 - visibility^power, of the sum of all slices' visibility; 0 without a radius."""
+    visibility = smaller(1, larger(0, total / (slices.points.shape[0] // 2)))
+    return select(slices.radius > 0, 1 - power(visibility, slices.exponent), number(0, visibility))
 
 
 def sides(slices: int) -> FloatArray:

@@ -115,7 +115,10 @@ _OTHER: dict[str, float] = {"thickness": 0.3, "second": 0.5, "seed": 7, "bias": 
 _OTHER |= {"slices": 3, "start": 0.5, "falloff": 0.6, "thin": 0.5, "sectors": 16}
 
 # Options that show nothing unless another one is set.
-_WITH: dict[str, Changes] = {"combine": {"second": 0.5}, "background": {"range_check": "none"}}
+_WITH: dict[str, Changes] = {
+    "combine": {"second": 0.5}, "background": {"range_check": "none"},
+    "acos of visibility-bitmask": {"weighting": "uniform"},
+}  # fmt: skip
 
 
 def _own(estimator: Estimator, changes: Changes) -> Changes:
@@ -132,7 +135,7 @@ def _option_recipes() -> Iterator[Recipe]:
                 variants.append((f"_{option}", "", {option: not default}))
             choices = estimator.said("choices").get(option, ())
             others = [choice for choice in choices if choice not in (default, CLEARED)]
-            needed = _own(estimator, _WITH.get(option, {}))
+            needed = _own(estimator, _WITH.get(f"{option} of {name}", _WITH.get(option, {})))
             variants += [(f"_{option}_{choice}", "", {**needed, option: choice}) for choice in others]
         numbers: Changes = {
             o: _other(estimator, o, v)

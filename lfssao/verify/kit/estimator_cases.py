@@ -130,19 +130,15 @@ def _option_recipes() -> Iterator[Recipe]:
     """Each estimator as it is, and each option changed."""
     for name, estimator in _ESTIMATORS.items():
         variants: list[tuple[str, str, Changes]] = [("", "", {}), ("_camera", "perspective", {})]
-        for option, default in text_options(estimator).items():
+        own = text_options(estimator)
+        for option, default in own.items():
             if isinstance(default, bool):
                 variants.append((f"_{option}", "", {option: not default}))
             choices = estimator.said("choices").get(option, ())
             others = [choice for choice in choices if choice not in (default, CLEARED)]
             needed = _own(estimator, _WITH.get(f"{option} of {name}", _WITH.get(option, {})))
             variants += [(f"_{option}_{choice}", "", {**needed, option: choice}) for choice in others]
-        numbers: Changes = {
-            o: _other(estimator, o, v)
-            for o, v in text_options(estimator).items()
-            if o in _OTHER or isinstance(v, float)
-        }
-        if numbers:
+        if numbers := {o: _other(estimator, o, v) for o, v in own.items() if o in _OTHER or isinstance(v, float)}:
             variants.append(("_numbers", "", numbers))
         for suffix, projection, changes in variants:
             yield _recipe(f"estimator_{name}{suffix}", name, "", estimator_problem, projection, changes)

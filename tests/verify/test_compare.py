@@ -75,6 +75,16 @@ def test_the_camera_with_a_guard_band_conforms_to_itself(tmp_path):
     assert (different(report), report.exit_code) == ({("camera", "normals"): Verdict.EQUAL_VALUES}, 0)
 
 
+@pytest.mark.parametrize(("options", "wrong"), [
+    (("--radii", "0.42"), "ao_1"), (("--radii", "0.4", "--blur", "1.2"), "blurred"),
+])  # fmt: skip
+def test_behind_a_guard_band_an_error_makes_no_later_stage_wrong(tmp_path, options, wrong):
+    words = ["corner", "--camera", "--resolution", "48x36", "--guard", "5"]
+    right = render(tmp_path / "right", *words, "--radii", "0.4")
+    found = different(lfssao.compare(render(tmp_path / "mine", *words, *options), right))
+    assert [layer for (_, layer), verdict in found.items() if verdict is Verdict.OUTSIDE] == [wrong]
+
+
 def test_rounding_is_inside_and_passes_but_not_exactly(tmp_path, capsys, reference):
     mine = changed(reference, tmp_path / "mine", "module_004", nudge("shaded"))
     report = lfssao.compare(mine, reference)

@@ -2,10 +2,12 @@
 
 Bounds of depth and colour come from the mesh. Without it the reference's textures stand in for it, and
 ``depth.stray_limit`` texels may leave these bounds. The next pass may be made of a texture before or after it is
-``stored`` in a format. The blur with a guard band, which merged lacks, is bounded from depth on.
+``stored`` in a format. The blur with a guard band reads texels that merged lacks: these are bounded from depth on, or
+unknown where the renderer's own merged texture leaves such bounds.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -131,7 +133,19 @@ class ViewBounds:
         whole = self._held("merged", _merged([self._held(layer, self._layer(layer)) for layer in self._radii]))
         if whole is None:
             return exactly(self._right["blurred"]) if "blurred" in self._right else None
+        own = self._own.get("merged")
+        if own is not None and "merged" not in self._stored:
+            whole = self._around(own, whole)
         return blur_bounds(whole, sigma, self._model).crop(self._guard)
+
+    def _around(self, own: Texture, whole: Bounds) -> Bounds:
+        """The renderer's own merged texture, and bounds of it in the guard band."""
+        inside, wrong = (slice(self._guard, -self._guard),) * 2, whole.crop(self._guard).outside(own).any()
+        lower, upper = np.array(whole.lower), np.array(whole.upper)
+        if wrong:
+            lower[:], upper[:] = 0, 1
+        lower[inside] = upper[inside] = own
+        return replace(whole, lower=lower, upper=upper)
 
     def _made(self, name: str) -> Bounds | None:
         """The input of the next pass: the renderer's own texture, or all that its bounds allow."""

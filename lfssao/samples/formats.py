@@ -135,9 +135,8 @@ def _read_shader(path: Path) -> tuple[FloatArray, FloatArray | None, None]:
     vectors = [found for found in arrays if found["vectors"]]
     weights = [_list(found["numbers"]) for found in arrays if found["numbers"] and "weight" in found["name"].lower()]
     if len(vectors) != 1 or len(weights) > 1:
-        raise InputError(
-            f"{path}: it has {len(vectors)} arrays of vectors and {len(weights)} of weights, all numbers, expected one"
-        )
+        found = f"it has {len(vectors)} arrays of vectors and {len(weights)} of weights that are plain numbers"
+        raise InputError(f"{path}: {found}, expected one of vectors and at most one of weights")
     rows = [_list(row) for row in re.findall(_NUMBERS + r"(?=\s*[)}])", vectors[0]["vectors"])]
     points = _numbers(path, vectors[0]["name"], rows)
     return points, _numbers(path, "weights", weights[0]) if weights else None, None

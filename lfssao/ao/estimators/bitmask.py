@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.estimators.estimator import Estimator, option
-from lfssao.ao.estimators.horizon import disk_around
+from lfssao.ao.estimators.horizon import disk_around, on_disk
 from lfssao.ao.estimators.slices import (
     SliceOptions,
     in_common,
@@ -91,8 +91,7 @@ class Bitmask(NamedTuple):
 
     def place(self, view: Any, here: Any, s: Any) -> Any:
         """The image of P + R (x e + y f)."""
-        p, e, f = here[2]
-        return p + self.points[s, 0] * e + self.points[s, 1] * f
+        return on_disk(self, here[2], s)
 
     def begin(self, view: Any, here: Any, s: Any) -> Any:
         """No sector is set."""
@@ -143,11 +142,12 @@ def _along(slices: Any, view: Any, normal: Any, cosine: Any) -> Any:
 def _part_of_angle(angles: Any, exact: Any, view: Any, sine: Any, cosine: Any) -> Any:
     """Return (h - n) / pi + 1/2, which is (h + acos(sin n)) / pi."""
     cosine, sine = smaller(1, larger(-1, cosine)), smaller(1, larger(-1, sine))
-    h, rest = (
-        select(exact, view.arc_cosine(cosine), polynomial_angle(cosine)),
-        select(exact, view.arc_cosine(sine), polynomial_angle(sine)),
-    )
-    return (h + rest) / PI
+    return (_angle_of(exact, view, cosine) + _angle_of(exact, view, sine)) / PI
+
+
+@formula
+def _angle_of(exact: Any, view: Any, cosine: Any) -> Any:
+    return select(exact, view.arc_cosine(cosine), polynomial_angle(cosine))
 
 
 def bitmask(buffers: Buffers, radius: float, points: None, weights: None, options: BitmaskOptions) -> Bitmask:

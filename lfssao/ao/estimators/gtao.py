@@ -32,7 +32,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.estimators.estimator import Estimator, option
-from lfssao.ao.estimators.horizon import disk_around
+from lfssao.ao.estimators.horizon import disk_around, on_disk
 from lfssao.ao.estimators.slices import SliceOptions, in_common, occlusion_of, part_of_step, polynomial_angle, tilt
 from lfssao.ao.formulas import ZENITH, fold_formulas
 from lfssao.ao.textures import Buffers
@@ -96,8 +96,7 @@ class Arcs(NamedTuple):
 
     def place(self, view: Any, here: Any, s: Any) -> Any:
         """The image of P + R (x e + y f)."""
-        p, e, f = here[2]
-        return p + self.points[s, 0] * e + self.points[s, 1] * f
+        return on_disk(self, here[2], s)
 
     def begin(self, view: Any, here: Any, s: Any) -> Any:
         """The cosine of the tangent plane's angle, n + pi / 2."""

@@ -93,8 +93,7 @@ class Horizons(NamedTuple):
 
     def place(self, view: Any, here: Any, s: Any) -> Any:
         """The image of P + R (x e + y f)."""
-        p, e, f = here[3]
-        return p + self.points[s, 0] * e + self.points[s, 1] * f
+        return on_disk(self, here[3], s)
 
     def begin(self, view: Any, here: Any, s: Any) -> Any:
         """The horizon of the tangent plane, which falls with tau = x slope_e + y slope_f."""
@@ -138,6 +137,13 @@ def disk_around(fan: Any, view: Any, texel: Any) -> Any:
     e, f, towards = c * a + s * b, s * a - c * b, larger(EDGE_ON, -dot(n, w))
     images = view.at(p), fan.radius * view.along(e), fan.radius * view.along(f)
     return p, w, images, (dot(n, e), dot(n, f), towards)
+
+
+@formula
+def on_disk(fan: Any, images: Any, s: Any) -> Any:
+    """Return the image of P + R (x e + y f), of direction s; images: those of P, R e and R f."""
+    p, e, f = images
+    return p + fan.points[s, 0] * e + fan.points[s, 1] * f
 
 
 @formula

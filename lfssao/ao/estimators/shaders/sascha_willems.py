@@ -4,13 +4,16 @@ It is LearnOpenGL's but for its frame, which is left-handed: b = t x n. Its nois
 once more, to vectors whose z is -1. Its distances are cleared to 1.
 """
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 
 from lfssao.ao.estimators.estimator import FloatArray
+from lfssao.ao.estimators.oriented import ENTRIES as ORIENTED
 from lfssao.ao.estimators.oriented import Hemisphere, OrientedOptions, hemisphere
-from lfssao.ao.formulas import summed
+from lfssao.ao.formulas import sum_formulas
 from lfssao.ao.textures import Buffers
-from lfssao.samples import make_samples
 
 
 def left_handed(
@@ -21,19 +24,14 @@ def left_handed(
 
 
 ENTRIES = (
-    summed(
-        "sascha-willems",
-        left_handed,
+    replace(
+        ORIENTED[0],
+        name="sascha-willems",
         title="share of points in the half ball around the normal that are hidden, in a left-handed frame",
         source="Sascha Willems, Vulkan examples",
         formula="ao = as of oriented-hemisphere, S = C + R (x t + y t x n + |z| n)",
-        options=OrientedOptions,
-        samples=lambda n: (make_samples("latin", n, r_min=0.0), None),
-        count=64,
-        normals=True,
-        texel_bytes=16,
-        turns=True,
+        run=partial(sum_formulas, left_handed),
+        formulas=left_handed,
         rotation="tiles",
-        vectors=True,
     ),
 )

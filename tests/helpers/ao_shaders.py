@@ -12,6 +12,7 @@ from jobs import manifest_of
 from reference import dither
 from reference.scalable import turns_of
 
+import lfssao
 from lfssao.rendering.exr import read_exr
 
 SHADERS = Path(__file__).resolve().parents[1] / "glsl"
@@ -49,6 +50,15 @@ class Frame:
             "axis": self.view["cast_from_world"][2], "lens": self.view["lens"][:4], "planes": self.view["lens"][4:6],
         }  # fmt: skip
 
+    def opengl(self):
+        """World to eye, whose eye looks along -z, and OpenGL's projection, (4, 4) each."""
+        (f_u, f_v, c_u, c_v, near, far), (width, height) = self.view["lens"][:6], self.size
+        eye = np.vstack([np.array(self.view["cast_from_world"]) * [[1], [1], [-1]], [0, 0, 0, 1]])
+        return eye, np.array([
+            [2 * f_u / width, 0, 1 - 2 * c_u / width, 0], [0, 2 * f_v / height, 2 * c_v / height - 1, 0],
+            [0, 0, -(far + near) / (far - near), -2 * far * near / (far - near)], [0, 0, -1, 0],
+        ])  # fmt: skip
+
     def arrays(self):
         """Textures and tables, by the names of the shaders' buffers."""
         textures = {name.capitalize(): self.textures[name] for name in ("depth", "positions", "normals")}
@@ -82,6 +92,11 @@ def numbers_of(frame):
 
 def draw(context, name, frame, defines, change=None):
     """Occlusion by a shader; ``change`` is (pattern, replacement) in its text."""
+    return run(context, name, defines, change, frame.arrays(), {**frame.uniforms(), **numbers_of(frame)}, frame.size)
+
+
+def run(context, name, defines, change, arrays, uniforms, size):
+    """Occlusion of a texture of a size by a shader, of arrays and uniforms by their names."""
     text = (SHADERS / f"{name}.comp").read_text()
     if change is not None:
         text, count = re.subn(*change, text)
@@ -89,10 +104,20 @@ def draw(context, name, frame, defines, change=None):
     lines = "".join(f"#define {key} {value}\n" for key, value in defines.items())
     program = context.compute_shader(f"#version 430\n{lines}{text}")
     names = re.findall(r"binding = \d+\) \w+ buffer (\w+)", text)
-    arrays = {**frame.arrays(), "Occlusion": np.zeros_like(frame.textures["depth"])}
+    arrays = {**arrays, "Occlusion": np.zeros(size[::-1])}
     bound = [np.asarray(arrays[key], np.float32) for key in names]
-    uniforms = {key: value for key, value in {**frame.uniforms(), **numbers_of(frame)}.items() if key in program}
-    groups = [-(-n // GROUP) for n in frame.size]
-    (made,) = run_shader(context, program, groups, bound, [names.index("Occlusion")], uniforms)
+    used = {key: value for key, value in uniforms.items() if key in program}
+    (made,) = run_shader(context, program, [-(-n // GROUP) for n in size], bound, [names.index("Occlusion")], used)
     program.release()
     return made
+
+
+def judged(context, name, frame, target, defines, change=None):
+    """The report and the result on a shader's occlusion; the folder is written as a renderer would."""
+    target.mkdir()
+    for layer in ("depth", "positions", "normals"):
+        np.save(target / f"{frame.name}_{layer}.npy", frame.textures[layer])
+    np.save(target / f"{frame.name}_ao_1.npy", draw(context, name, frame, defines, change))
+    report = lfssao.compare(target, frame.folder)
+    (result,) = (r for r in report.results if r.layer == "ao_1")
+    return report, result

@@ -5,12 +5,10 @@ The shaders are GLSL, ``tests/glsl``, written from what the engines compute; the
 """
 
 import functools
-import re
 
 import ao_shaders
 import numpy as np
 import pytest
-from glsl_renderer import run_shader
 from jobs import render
 
 import lfssao
@@ -29,13 +27,7 @@ class Engine:
             render(folder / "lfssao", scene, "--camera", "--resolution", "{}x{}".format(*SIZE), "--radii", "0",
                    "--layers", "depth,positions,normals", "--normals")
         )  # fmt: skip
-        rng, (f_u, f_v, c_u, c_v, near, far) = np.random.default_rng(seed), frame.view["lens"][:6]
-        width, height = SIZE
-        eye = np.vstack([np.array(frame.view["cast_from_world"]) * [[1], [1], [-1]], [0, 0, 0, 1]])
-        self.projection = np.array([
-            [2 * f_u / width, 0, 1 - 2 * c_u / width, 0], [0, 2 * f_v / height, 2 * c_v / height - 1, 0],
-            [0, 0, -(far + near) / (far - near), -2 * far * near / (far - near)], [0, 0, -1, 0],
-        ])  # fmt: skip
+        rng, (eye, self.projection) = np.random.default_rng(seed), frame.opengl()
         there = np.isfinite(frame.textures["depth"])
         points = np.einsum("kc,ijc->ijk", eye[:3, :3], frame.textures["positions"].astype(float)) + eye[:3, 3]
         normals = np.einsum("kc,ijc->ijk", eye[:3, :3], frame.textures["normals"].astype(float))
@@ -50,7 +42,7 @@ class Engine:
         lengths = 0.1 + 0.9 * (np.arange(16) / 16) ** 2
         self.kernel = np.float32(directions / np.linalg.norm(directions, axis=1)[:, None] * lengths[:, None])
         self.noise = np.float32(noise(rng.uniform(-1, 1, (4, 4, 3))))
-        self.planes, self.folder = (near, far), folder
+        self.planes, self.folder = frame.view["lens"][4:6], folder
         (folder / "camera.toml").write_text(
             f'kind = "camera"\nview = {eye.tolist()}\nprojection = {self.projection.tolist()}\nclip = "opengl"\n'
             'rows = "below"\ndepth_kind = "window"\npositions_space = "view"\nnormals_space = "view"\n'
@@ -62,23 +54,12 @@ class Engine:
 
     def draw(self, context, defines, bias, limits=(0, 0), change=None):
         """Occlusion by the shader, rows from below; ``change`` is (pattern, replacement) in its text."""
-        text = (ao_shaders.SHADERS / "tangent.comp").read_text()
-        if change is not None:
-            text, count = re.subn(*change, text)
-            assert count, f"nothing is like {change[0]}"
-        lines = "".join(f"#define {key} {value}\n" for key, value in defines.items())
-        program = context.compute_shader(f"#version 430\n{lines}{text}")
-        tables = {"Kernel": self.kernel, "Noise": self.noise, "Occlusion": np.zeros(SIZE[::-1], np.float32)}
-        arrays = {**self.textures, **tables}
-        bound = [arrays[key] for key in re.findall(r"binding = \d+\) \w+ buffer (\w+)", text)]
         uniforms = {
             "size": SIZE, "side": 4, "count": len(self.kernel), "projection": self.projection.T.ravel(),
             "planes": self.planes, "radius": R, "bias": bias * R, "limits": limits,
         }  # fmt: skip
-        used = {key: value for key, value in uniforms.items() if key in program}
-        (made,) = run_shader(context, program, [-(-n // 8) for n in SIZE], bound, [len(bound) - 1], used)
-        program.release()
-        return made
+        arrays = {**self.textures, "Kernel": self.kernel, "Noise": self.noise}
+        return ao_shaders.run(context, "tangent", defines, change, arrays, uniforms, SIZE)
 
 
 def unit(noise):

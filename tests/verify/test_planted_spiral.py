@@ -3,11 +3,9 @@
 from pathlib import Path
 
 import ao_shaders
-import numpy as np
 import pytest
 from jobs import render
 
-import lfssao
 from lfssao.ao.estimators.registry import ESTIMATORS
 
 TEXT = Path(ao_shaders.__file__).with_name("planted_spiral.py")
@@ -32,19 +30,9 @@ def frame(tmp_path_factory):
         yield ao_shaders.Frame(render(folder, *words, "--layers", "depth,positions,normals,ao"))
 
 
-def compared(context, frame, target, change=None):
-    target.mkdir()
-    for name in ("depth", "positions", "normals"):
-        np.save(target / f"{frame.name}_{name}.npy", frame.textures[name])
-    np.save(target / f"{frame.name}_ao_1.npy", ao_shaders.draw(context, "spiral", frame, {}, change))
-    report = lfssao.compare(target, frame.folder)
-    (result,) = (r for r in report.results if r.layer == "ao_1")
-    return report, result
-
-
 def test_the_shader_conforms_to_its_text(context, frame, tmp_path):
     assert len([line for line in TEXT.read_text().splitlines() if line]) <= 40
-    report, result = compared(context, frame, tmp_path / "mine")
+    report, result = ao_shaders.judged(context, "spiral", frame, tmp_path / "mine", {})
     assert report.exit_code == 0, result
     assert frame.textures["ao_1"].max() > 0.1
 
@@ -52,7 +40,7 @@ def test_the_shader_conforms_to_its_text(context, frame, tmp_path):
 @pytest.mark.parametrize("bug", BUGS)
 def test_its_bugs_are_found(context, frame, tmp_path, bug):
     change, cause = BUGS[bug]
-    report, result = compared(context, frame, tmp_path / "mine", change)
+    report, result = ao_shaders.judged(context, "spiral", frame, tmp_path / "mine", {}, change)
     assert report.exit_code == 2
     if cause is None:
         assert not result.diagnosis.fits, result.diagnosis.words("M")

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from jobs import render
 
-import lfssao
 from lfssao.cli.main import main
 
 pytestmark = pytest.mark.slow
@@ -133,15 +132,9 @@ def frame(tmp_path_factory):
 
 
 def compared(context, frame, target, convention, change=None):
-    """The result on a shader's occlusion; the folder is written as a renderer would."""
+    """The report and the result on the occlusion of a convention's shader."""
     shader, defines, _ = RIGHT[convention]
-    target.mkdir()
-    for name in ("depth", "positions", "normals"):
-        np.save(target / f"{frame.name}_{name}.npy", frame.textures[name])
-    np.save(target / f"{frame.name}_ao_1.npy", ao_shaders.draw(context, shader, frame, defines, change))
-    report = lfssao.compare(target, frame.folder)
-    (result,) = (r for r in report.results if r.layer == "ao_1")
-    return report, result
+    return ao_shaders.judged(context, shader, frame, target, defines, change)
 
 
 @pytest.mark.parametrize("convention", RIGHT)
@@ -165,11 +158,7 @@ def test_bugs_are_found_and_most_are_named(context, frame, tmp_path, bug):
 
 def as_opengl_stores(frame, folder):
     """A frame as an OpenGL renderer hands it over: rows from below, its own depth, normals, angles and matrices."""
-    (f_u, f_v, c_u, c_v, near, far), axes = frame.view["lens"][:6], np.array(frame.view["cast_from_world"])
-    width, height = frame.size
-    eye = np.vstack([axes * [[1], [1], [-1]], [0, 0, 0, 1]])  # OpenGL's eye looks along -z
-    projection = [[2 * f_u / width, 0, 1 - 2 * c_u / width, 0], [0, 2 * f_v / height, 2 * c_v / height - 1, 0],
-                  [0, 0, -(far + near) / (far - near), -2 * far * near / (far - near)], [0, 0, -1, 0]]  # fmt: skip
+    (eye, projection), (_, height) = frame.opengl(), frame.size
     depth = frame.textures["depth"].astype(np.float64)
     normals = np.einsum("kc,ijc->ijk", eye[:3, :3], frame.textures["normals"].astype(np.float64))
     j, i = np.indices(depth.shape)
@@ -178,7 +167,7 @@ def as_opengl_stores(frame, folder):
     np.save(folder / "normals.npy", (normals / 2 + 0.5)[::-1].astype(np.float32))
     np.save(folder / "angles.npy", np.float32(own)[::-1])
     (folder / "camera.toml").write_text(
-        f'kind = "camera"\nview = {eye.tolist()}\nprojection = {projection}\nclip = "opengl"\nrows = "below"\n'
+        f'kind = "camera"\nview = {eye.tolist()}\nprojection = {projection.tolist()}\nclip = "opengl"\nrows = "below"\n'
         'depth_kind = "window-gl"\nnormals_space = "view"\nnormals_kind = "unorm"\n'
     )
 

@@ -140,7 +140,7 @@ class FloatView(NamedTuple):
     there is no surface. positions, normals, directions: (3 H W,). turns: (2, H W), or (3, H W). kind: that of the
     mapping. rows: (16,), four affine rows of world space, u, v, divisor (of MATRIX alone), and z. lens: z_m, z_o, u_0,
     v_0 for CROSSED_SLITS, the module's 32 numbers for DISPLAY. axes: (9,), right, up and towards the viewer. width:
-    texels of a row. rays: ``sao.kernels.reconstruct.TexelRays``, for formulas that make points of depth.
+    texels of a row. rays: ``texel_rays.TexelRays``, for formulas that make points of depth.
     """
 
     depth: np.ndarray

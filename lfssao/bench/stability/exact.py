@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
 from lfssao.ao.kernels.float_view import FloatView, shown
 from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.moments import Pyramid, filtered_moments
+from lfssao.ao.kernels.texel_rays import TexelRays
 from lfssao.bench.stability.tracked import DOUBLE, Arithmetic, Doubt, Sectors, Tracked, holds, hull, in_doubt, unknown
 from lfssao.core.numbers import select, where_none
 from lfssao.core.places import Rows

@@ -21,8 +21,8 @@ from lfssao.ao.estimators.sao.estimator import (
     scale_of,
     z_hierarchy,
 )
-from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
+from lfssao.ao.kernels.texel_rays import TexelRays
 from lfssao.ao.reference import gaussian_weights
 from lfssao.core.balls import SAFETY
 from lfssao.core.distinct import distinct

@@ -49,13 +49,14 @@ from lfssao.ao.estimators.estimator import Estimator, Options, option
 from lfssao.ao.estimators.look_ups import Bordered
 from lfssao.ao.estimators.sao.kernels import passes, z_pyramid
 from lfssao.ao.estimators.sao.kernels.passes import average_quads, bilateral
-from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays, face_normals, rebuild_positions
+from lfssao.ao.estimators.sao.kernels.reconstruct import face_normals, rebuild_positions
 from lfssao.ao.estimators.sao.sampling import Sao, visibility_of
 from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
 from lfssao.ao.formulas import float_view
 from lfssao.ao.kernels.float_view import FloatView
 from lfssao.ao.kernels.levels import Levels
 from lfssao.ao.kernels.sums import sum_samples
+from lfssao.ao.kernels.texel_rays import TexelRays
 from lfssao.ao.reference import gaussian_weights
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers, Texture

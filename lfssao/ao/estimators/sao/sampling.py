@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.sao.kernels.reconstruct import on_ray, spacing
+from lfssao.ao.estimators.sao.kernels.reconstruct import spacing
+from lfssao.ao.kernels.texel_rays import on_ray
 from lfssao.core.numbers import formula, is_finite, larger, number, rounded, select, smaller
 from lfssao.core.places import image_place
 from lfssao.core.vectors import dot

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.estimators.sao.kernels.reconstruct import TexelRays, linear_depth
+from lfssao.ao.estimators.sao.kernels.reconstruct import linear_depth
+from lfssao.ao.kernels.texel_rays import TexelRays
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX

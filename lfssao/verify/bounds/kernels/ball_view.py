@@ -4,10 +4,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.sao.kernels.reconstruct import face_normal, on_ray
+from lfssao.ao.estimators.sao.kernels.reconstruct import face_normal
 from lfssao.ao.kernels.float_view import all_show, is_other, row_of_texel
 from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.look_up import corners_in
+from lfssao.ao.kernels.texel_rays import on_ray
 from lfssao.core.angles import arc_cosine_of_ball
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_between
 from lfssao.core.corners import blended, blended_vector, by_corners

@@ -1,71 +1,13 @@
-"""Positions rebuilt from depth, and face normals from positions (SAO section 2.3, equations 3 and 4).
+"""Positions rebuilt from depth, and face normals from positions (SAO section 2.3, equations 3 and 4)."""
 
-The points that land on image point (u, v) are a straight ray in cast space, (x(z), y(z), z). Its numbers:
-
-separable   x = (a + b U) + z (c + d U) with U = u - u_c: five numbers, u_c, a, b, c, d, then as many for y and v.
-            Cameras, whose a = b = 0 (perspective, equation 3) or c = d = 0 (orthographic), and flat displays with the
-            linear diffuser, where both parts are needed.
-a table     four numbers a texel, a, b, c, d: x = a + b z, y = c + d z, NaN where it has no ray. Any display.
-
-Equation 3 in these letters: (1 - P_02) / P_00 - 2 (x' + 1/2) / (w P_00) is -(c + d U), as the paper's z is negative.
-Its y term has one minus too many; ours is that for which projecting the point gives the texel back.
-"""
-
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from lfssao.ao.kernels.texel_rays import ray, ray_of, ray_point
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, formula, known, line, number, plain, select, surely
-from lfssao.core.places import affine
+from lfssao.core.numbers import as_float, formula, number, plain, select, surely
 from lfssao.core.vectors import Vector, cross, dot, unit_vector
-
-
-class TexelRays(NamedTuple):
-    """The rays of a view's texels in cast space, arrays of the arithmetic's dtype.
-
-    numbers: (10,) of separable rays. table: (4, H * W), or None of separable rays. world: (12,), rows of four of the
-    affine map cast space -> world. units: (3,) float64, world length of a unit along each axis of cast space. origin: z
-    of cast space from which distances from the viewer are counted, 0 for a camera, the observers' z for a module.
-    """
-
-    numbers: np.ndarray
-    table: Any
-    world: np.ndarray
-    units: np.ndarray
-    origin: float
-
-
-@formula
-def _ray(table, numbers, column, row, texel, like):
-    """A texel's ray: x and y at cast z 0, and by how much they change with z."""
-    if table is None:
-        m = numbers
-        u, v = known(number(column, like) + 0.5, column + 0.5), known(number(row, like) + 0.5, row + 0.5)
-        start = line(m[1], m[2], u, m[0]), line(m[6], m[7], v, m[5])
-        return start, (line(m[3], m[4], u, m[0]), line(m[8], m[9], v, m[5]))
-    start = number(table[0, texel], like), number(table[2, texel], like)
-    return start, (number(table[1, texel], like), number(table[3, texel], like))
-
-
-@formula
-def _ray_of(view, texel, like):
-    """``_ray`` of a view's texel, numbers of the kind of another."""
-    return _ray(view.rays.table, view.rays.numbers, view.column(texel), view.row(texel), texel, like)
-
-
-@formula
-def _ray_point(rays, column, row, texel, z):
-    """World coordinates of the point of a texel's ray at cast z (equation 3)."""
-    (a, b), (c, d) = _ray(rays.table, rays.numbers, column, row, texel, z)
-    at = Vector(a + z * c, b + z * d, z)
-    return Vector(affine(rays.world, 0, at), affine(rays.world, 1, at), affine(rays.world, 2, at))
-
-
-@formula
-def on_ray(view: Any, texel: Any, z: Any) -> Any:
-    """``_ray_point`` of a view's texel."""
-    return _ray_point(view.rays, view.column(texel), view.row(texel), texel, z)
 
 
 @formula
@@ -80,8 +22,8 @@ def _to_world(m, v):
 @formula
 def _ray_gap(view, one, other, z):
     """Distance in world space between two texels' rays at one cast z."""
-    (a, b), (c, d) = _ray_of(view, one, z)
-    (p, q), (r, s) = _ray_of(view, other, z)
+    (a, b), (c, d) = ray_of(view, one, z)
+    (p, q), (r, s) = ray_of(view, other, z)
     v = _to_world(view.rays.world, Vector((p - a) + z * (r - c), (q - b) + z * (s - d), number(0, z)))
     return np.sqrt(dot(v, v))
 
@@ -133,7 +75,7 @@ def face_normal(view, texel, column, row, size):
     (height, width), here = size, view.position(texel)
     across = _partner(view, texel, 1, (column & 1) == 1, column > 0, column + 1 < width)
     down = _partner(view, texel, width, (row & 1) == 1, row > 0, row + 1 < height)
-    _, (c, d) = _ray(view.rays.table, view.rays.numbers, column, row, texel, here.x)
+    _, (c, d) = ray(view.rays.table, view.rays.numbers, column, row, texel, here.x)
     away = _to_world(view.rays.world, Vector(c, d, number(1, here.x)))
     n = cross(view.apart(view.position(across), here), view.apart(view.position(down), here))
     alone = (across == texel) | (down == texel)  # without branches: beside a view they cost six times the rest
@@ -158,7 +100,7 @@ def rebuild_positions(begin, stop, view, positions):
         for i in range(width):
             texel = np.uint64(j * width + i)
             there, place = view.shows(texel), np.uint64(3) * texel
-            at = _ray_point(view.rays, np.int32(i), np.int32(j), texel, view.surface(texel))
+            at = ray_point(view.rays, np.int32(i), np.int32(j), texel, view.surface(texel))
             out[place] = plain(at.x) if there else nothing
             out[place + np.uint64(1)] = plain(at.y) if there else nothing
             out[place + np.uint64(2)] = plain(at.z) if there else nothing

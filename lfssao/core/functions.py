@@ -1,4 +1,4 @@
-"""The exponential, of floats, balls and Python's numbers."""
+"""The exponential and the angle of a cosine, of floats, balls and Python's numbers."""
 
 from typing import Any
 
@@ -6,8 +6,8 @@ import numpy as np
 from numba.extending import overload
 
 from lfssao.core.balls import FLUSHED, SAFETY, UNKNOWN, Ball, ball, ball_between
-from lfssao.core.elementary import exp
-from lfssao.core.numbers import INLINED, FloatType, number, plain
+from lfssao.core.elementary import acos, exp
+from lfssao.core.numbers import INLINED, FloatType, as_float, formula, number, plain
 
 
 def exponential(x: Any) -> Any:
@@ -32,3 +32,26 @@ def _exponential(x):
         return ball_between(least if least > FLUSHED else 0.0, max(most, FLUSHED), x)
 
     return ends
+
+
+def arc_cosine(x: Any) -> Any:
+    """Return the angle, 0 to pi, of a cosine that is held between -1 and 1: in float64, rounded once."""
+    return x.arc_cosine() if hasattr(x, "arc_cosine") else number(acos(np.float64(x)), x)
+
+
+@overload(arc_cosine, jit_options=INLINED)
+def _arc_cosine(x):
+    if not isinstance(x, FloatType):
+        return None
+    return lambda x: number(as_float(acos(np.float64(plain(x)))), x)
+
+
+@formula
+def arc_cosine_of_ball(x, relative):
+    """The same of a ball, off by a part of itself: it falls with x, so its ends are those of x's ends.
+
+    A renderer may take atan2(sqrt(1 - x x), x) (Vulkan), whose product is that of an x that is off by a rounding.
+    """
+    off = x.error * SAFETY + x.operation
+    least, most = acos(max(-1.0, min(1.0, x.value + off))), acos(max(-1.0, min(1.0, x.value - off)))
+    return ball_between(least * (1.0 - relative), most * (1.0 + relative), x)

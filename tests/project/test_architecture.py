@@ -49,8 +49,7 @@ COMPILER = {"core/jit.py": {"njit"}, "core/intrinsics.py": {"extending", "types"
 TYPES = {
     "core/jit.py": {"numba.core"}, "core/vectors.py": {"numba.extending"}, "core/places.py": {"numba.extending"},
     "core/quotients.py": {"numba.extending"}, "core/corners.py": {"numba.extending"},
-    "core/angles.py": {"numba.extending"}, "core/sectors.py": {"numba.extending"},
-    "core/functions.py": {"numba.extending"},
+    "core/functions.py": {"numba.extending"}, "core/sectors.py": {"numba.extending"},
     "core/ball_type.py": {"numba.core", "numba.extending"}, "core/balls.py": {"numba.extending"},
     "core/doubts.py": {"numba.extending"},
     "core/numbers.py": {"numba.core", "numba.core.typeconv", "numba.core.typing.templates", "numba.extending"},

@@ -7,8 +7,8 @@ import numpy as np
 from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.look_up import holds_place
 from lfssao.ao.kernels.moments import filtered_moments
-from lfssao.core.angles import arc_cosine
 from lfssao.core.corners import blended, blended_vector, by_corners
+from lfssao.core.functions import arc_cosine
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import as_float, formula, number, plain, select, unless_none, where_none
 from lfssao.core.places import affine_rows, linear_rows

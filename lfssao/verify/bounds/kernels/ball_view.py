@@ -9,10 +9,10 @@ from lfssao.ao.kernels.float_view import all_show, is_other, row_of_texel
 from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.look_up import corners_in
 from lfssao.ao.kernels.texel_rays import on_ray
-from lfssao.core.angles import arc_cosine_of_ball
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_between
 from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.doubts import Doubt
+from lfssao.core.functions import arc_cosine_of_ball
 from lfssao.core.numbers import formula, unless_none, where_none, within
 from lfssao.core.places import image_or, offset_spot, point_spot, row_of
 from lfssao.core.vectors import Vector, dot

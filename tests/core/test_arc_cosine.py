@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from lfssao.bench.stability.tracked import Arithmetic
-from lfssao.core.angles import arc_cosine, arc_cosine_of_ball
 from lfssao.core.balls import SAFETY, Ball, ball_of
+from lfssao.core.functions import arc_cosine, arc_cosine_of_ball
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import as_float, plain
 

@@ -19,11 +19,14 @@ from lfssao.ao.kernels.float_view import FloatView
 from lfssao.ao.kernels.folds import fold_steps
 from lfssao.ao.kernels.look_up import NOTHING
 from lfssao.ao.kernels.sums import sum_samples
+from lfssao.ao.kernels.texel_rays import TexelRays
 from lfssao.ao.ssao import Occlusion, run_kernel
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.distinct import distinct
 from lfssao.core.numbers import method
+from lfssao.errors import InputError
 from lfssao.optics.kernels.projection import MATRIX
+from lfssao.optics.view import View
 
 ZENITH = 1.0 + 2.0**-16  # no sine is larger, rounded or not
 
@@ -49,6 +52,9 @@ class Seen(Protocol):
     def noise(self, texel: Any) -> Any:
         """The texel's noise vector in world space, as it is given; of turns cosine rightward and sine upward."""
 
+    def jitter(self, texel: Any) -> Any:
+        """The third number of the texel's noise vector, by which steps may begin later; 0 where vectors have two."""
+
     def turn_by_angle(self, texel: Any) -> Any:
         """Cosine and sine as of ``turn``; a renderer may add the angle to a sample's own instead."""
 
@@ -72,6 +78,12 @@ class Seen(Protocol):
 
     def coarse_z(self, seen: Any, h: Any, log_q: Any) -> Any:
         """Cast z in the level of a sample h texels away (``ao.kernels.levels``), and whether there is a surface."""
+
+    def point_at(self, u: Any, v: Any, z: Any) -> Any:
+        """World coordinates of the point at cast z that is seen at an image point, texels, as a renderer rebuilds it.
+
+        Positions that formulas naming this word read are rebuilt so, too. Displays whose rays are in a table have none.
+        """
 
     def apart(self, there: Any, here: Any) -> Any:
         """The vector between two points that are made of depth; a camera's renderer may have other axes."""
@@ -175,8 +187,8 @@ class Folded(Protocol):
     def part(self, view: Any, texel: Any, k: Any) -> Any:
         """The part of the way, from 0 to 1, at which step k of a texel lies; k: from 1 to ``steps``."""
 
-    def step(self, view: Any, here: Any, s: Any, state: Any, texel: Any, seen: Any) -> Any:
-        """The number that a step of a texel adds, and the state after it, by the surface of a texel, ``seen``.
+    def step(self, view: Any, here: Any, s: Any, k: Any, state: Any, texel: Any, seen: Any) -> Any:
+        """The number that step k of a texel adds, and the state after it, by the surface of a texel, ``seen``.
 
         A texel without a surface lies at infinity there, or is left out.
         """
@@ -239,6 +251,7 @@ def float_view(buffers: Buffers, words: Container[str], options: Options) -> Flo
         if cleared is not None:
             surfaces[~(depth.ravel() < np.inf)] = cleared  # and not as rounded on its way through a position
     positions, turns = np.ascontiguousarray(buffers.positions), turns_of(buffers)
+    rays = _rays_of(view, dtype) if "point_at" in words else None
     made = FloatView(
         depth=np.ascontiguousarray(depth).ravel(),
         surfaces=surfaces,
@@ -254,6 +267,7 @@ def float_view(buffers: Buffers, words: Container[str], options: Options) -> Flo
         divides=True if of_image and mapping.kind == MATRIX else None,
         look=look_of(options, depth.size),
         third=turns[2] if len(turns) == 3 else None,
+        rays=rays,
     )
     if made.look is None or made.look.outside == NOTHING:
         return made
@@ -265,6 +279,19 @@ def float_view(buffers: Buffers, words: Container[str], options: Options) -> Flo
         positions=one_more(made.positions, place),
         normals=one_more(made.normals, np.zeros(3)),
     )
+
+
+def _rays_of(view: View, dtype: Any) -> TexelRays:
+    """Return the rays by which formulas rebuild points; InputError if they are in a table."""
+    from lfssao.ao.estimators.sao.texel_rays import texel_rays  # late: few estimators rebuild points
+
+    rays = texel_rays(view, dtype)
+    if rays.table is not None:
+        raise InputError(
+            "the estimator rebuilds points between texels' centres, and this display's rays have no formula: take a "
+            "camera or a flat display with the linear diffuser"
+        )
+    return rays
 
 
 def sum_formulas(

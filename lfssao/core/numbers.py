@@ -136,7 +136,7 @@ def as_float(x):
     return x
 
 
-def plain(x):
+def plain(x: Any) -> Any:
     """Return a float of a formula as arrays take it."""
     return x
 

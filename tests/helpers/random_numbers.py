@@ -342,7 +342,26 @@ class RandomView:
         return self.by.choose(upper + y * (lower - upper), weighed)
 
     def position(self, seen):
+        if self.given.remade:
+            return self.point_at(self.column(seen) + 0.5, self.row(seen) + 0.5, self.surface(seen))
         return self.between(self._position, seen)
+
+    def point_at(self, u, v, z):
+        """The point at z on the ray of an image point, whose terms may be multiplied out."""
+        m, world = self.given.rays.numbers, self.given.rays.world
+
+        def line(start, slope, at, middle):
+            return self.by.choose(
+                start + slope * (at - middle), (start - slope * self.by.number(middle, None)) + slope * at
+            )
+
+        u, v = (self.by.number(each, None) if not isinstance(each, Number) else each for each in (u, v))
+        x = line(m[1], m[2], u, m[0]) + z * line(m[3], m[4], u, m[0])
+        y = line(m[6], m[7], v, m[5]) + z * line(m[8], m[9], v, m[5])
+        return Vector(*(self.by.total(world[4 * k : 4 * k + 4], [x, y, z, 1.0]) for k in range(3)))
+
+    def apart(self, there, here):
+        return there - here
 
     def _position(self, texel):
         made = self._vector(self.given.positions, texel)
@@ -368,6 +387,11 @@ class RandomView:
         axes = [self._vector(self.given.axes, k) for k in range(len(parts))]
         first, *others = (part * axis for part, axis in zip(parts, axes, strict=True))
         return sum(others, first)
+
+    def jitter(self, texel):
+        return (
+            Number(self.by, single(self.given.third[texel])) if len(self.given.turns) == 3 else self.by.number(0, None)
+        )
 
     def turn_by_angle(self, texel):
         off = self.by.model.angle if self.given.turned else 0.0
@@ -427,10 +451,15 @@ class RandomView:
         return self.by.choose(Number(self.by, exact), self.by.off(exact * twice, self.by.model.operation))
 
     def depth_at(self, place):
+        place = self.placed(place)
         if self.given.divides is None:
             return place.row(3)
         q = place.row(2)
         return self.by.where(q > 0, place.row(3) / q, np.inf)
+
+    def placed(self, place):
+        """A place, or that of an image point."""
+        return place if isinstance(place, Place) else Place(self, [], [], [place])
 
     def depth_along(self, direction):
         return self.by.total(self.rows[12:15], [direction.x, direction.y, direction.z])
@@ -440,6 +469,7 @@ class RandomView:
 
     def image(self, place, z=None):
         """The image point of a place, and whether it has one."""
+        place = self.placed(place)
         again = self.depth_at(place) if z is None else self.by.choose(z, self.depth_at(place))
         return image_of(self.given.kind, self.lens, place.row(0), place.row(1), place.row(2), again)
 
@@ -495,9 +525,10 @@ def folded(view, numbers, here, texel):
         u, v, valid = view.image(place, view.depth_at(place))
         across, down, state = u - column, v - row, state if side else numbers.begin(view, here, s)
         for step in range(1, numbers.steps + 1):
-            part = numbers.part(view, texel, by.number(step, None))
+            k = by.number(step, None)
+            part = numbers.part(view, texel, k)
             inside, seen = view.look(part * across + column, part * down + row, valid)
-            added, after = numbers.step(view, here, s, state, texel, seen)
+            added, after = numbers.step(view, here, s, k, state, texel, seen)
             there = inside & view.shows(seen)
             made.append(np.where(there & counts, by.values(added), 0.0))
             state = np.where(there, after, state)  # numbers, or ints of sectors

@@ -101,7 +101,7 @@ class Bitmask(NamedTuple):
         """The texel's part of the way."""
         return part_of_step(self, view, texel, k)
 
-    def step(self, view: Any, here: Any, s: Any, state: Any, texel: Any, seen: Any) -> Any:
+    def step(self, view: Any, here: Any, s: Any, k: Any, state: Any, texel: Any, seen: Any) -> Any:
         """Nothing, and the sectors with those between the front and the back of a surface."""
         d, w, (e, length) = view.position(seen) - here[0], here[1], tilt(self, here[3], s)
         square, behind, normal = dot(d, d), d + self.thickness * w, (here[3][2] / length, e / length)

@@ -33,12 +33,11 @@ import numpy as np
 
 from lfssao.ao.estimators.estimator import Estimator, option
 from lfssao.ao.estimators.horizon import disk_around, on_disk
-from lfssao.ao.estimators.slices import SliceOptions, in_common, occlusion_of, part_of_step, polynomial_angle, tilt
+from lfssao.ao.estimators.slices import SliceOptions, arc, in_common, occlusion_of, part_of_step, polynomial_angle, tilt
 from lfssao.ao.formulas import ZENITH, fold_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.numbers import (
     alternatives,
-    formula,
     larger,
     least,
     most,
@@ -107,7 +106,7 @@ class Arcs(NamedTuple):
         """The texel's part of the way."""
         return part_of_step(self, view, texel, k)
 
-    def step(self, view: Any, here: Any, s: Any, state: Any, texel: Any, seen: Any) -> Any:
+    def step(self, view: Any, here: Any, s: Any, k: Any, state: Any, texel: Any, seen: Any) -> Any:
         """Nothing, and the largest cosine so far, which is the horizon's."""
         d, w = view.position(seen) - here[0], here[1]
         along, square = dot(d, w), dot(d, d)
@@ -124,20 +123,13 @@ class Arcs(NamedTuple):
         """The visible part of a side, which falls with the cosine: of a ball both ends."""
         cosine, towards, (e, _) = smaller(1, larger(-1, state)), here[3][2], tilt(self, here[3], s)
         low, high = least(cosine), most(cosine)
-        exact = alternatives(_arc(low, view.arc_cosine(low), towards, e), _arc(high, view.arc_cosine(high), towards, e))
-        weighted = select(self.exact, exact, _arc(cosine, polynomial_angle(cosine), towards, e))
+        exact = alternatives(arc(low, view.arc_cosine(low), towards, e), arc(high, view.arc_cosine(high), towards, e))
+        weighted = select(self.exact, exact, arc(cosine, polynomial_angle(cosine), towards, e))
         return rounded(select(self.cosine, weighted, 0.5 - 0.5 * cosine), 4, weighted)
 
     def end(self, total: Any) -> Any:
         """1 - visibility^power, of the mean over the slices."""
         return occlusion_of(self, total)
-
-
-@formula
-def _arc(cosine: Any, h: Any, towards: Any, e: Any) -> Any:
-    """N a(h, n), of cos h, h, N cos n and N sin n."""
-    square = larger(0, 1 - cosine * cosine)
-    return 0.5 * (square * towards + (h - cosine * np.sqrt(square)) * e)
 
 
 def arcs(buffers: Buffers, radius: float, points: None, weights: None, options: ArcOptions) -> Arcs:

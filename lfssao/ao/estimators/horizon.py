@@ -106,7 +106,7 @@ class Horizons(NamedTuple):
         """Steps have equal distances, and the last one lands at the end."""
         return k / self.steps
 
-    def step(self, view: Any, here: Any, s: Any, state: Any, texel: Any, seen: Any) -> Any:
+    def step(self, view: Any, here: Any, s: Any, k: Any, state: Any, texel: Any, seen: Any) -> Any:
         """The attenuated rise above the horizon so far, and the horizon after it."""
         d, w = view.position(seen) - here[0], here[1]
         length = np.sqrt(dot(d, d))

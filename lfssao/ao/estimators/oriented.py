@@ -35,6 +35,7 @@ from lfssao.ao.formulas import sum_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.numbers import alternatives, formula, larger, number, rounded, select, smaller, smoothstep
 from lfssao.core.vectors import cross, dot
+from lfssao.optics.view import View
 from lfssao.samples import make_samples
 
 ANY, NEAR, SMOOTH = 0, 1, 2
@@ -123,13 +124,17 @@ class Hemisphere(NamedTuple):
         return smaller(1, larger(0, total / self.points.shape[0]))
 
 
+def cast_length(view: View, length: float) -> float:
+    """Return a length of world space in units of cast z."""
+    a, b, c, _ = view.cast_from_world[2].tolist()
+    return float(length) * sqrt((a * a + b * b) + c * c)
+
+
 def hemisphere(
     buffers: Buffers, radius: float, points: FloatArray, weights: FloatArray | None, options: OrientedOptions
 ) -> Hemisphere:
     """Return the formulas' numbers, in the textures' dtype; points: (n, 3) in the unit ball; weights are not read."""
-    view, dtype = buffers.view, buffers.depth.dtype.type
-    a, b, c, _ = view.cast_from_world[2].tolist()
-    reach = float(radius) * sqrt((a * a + b * b) + c * c)
+    dtype, reach = buffers.depth.dtype.type, cast_length(buffers.view, radius)
     table = np.ascontiguousarray(points, dtype)
     return Hemisphere(
         points=np.concatenate([table[:, :2], np.abs(table[:, 2:])], axis=1),

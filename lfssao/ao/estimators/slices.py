@@ -71,6 +71,13 @@ def polynomial_angle(x: Any) -> Any:
 
 
 @formula
+def arc(cosine: Any, h: Any, towards: Any, e: Any) -> Any:
+    """Return N a(h, n) of ``gtao``, of cos h, h, N cos n and N sin n."""
+    square = larger(0, 1 - cosine * cosine)
+    return 0.5 * (square * towards + (h - cosine * np.sqrt(square)) * e)
+
+
+@formula
 def occlusion_of(slices: Any, total: Any) -> Any:
     """Return 1 - visibility^power, of the sum of all slices' visibility; 0 without a radius."""
     visibility = smaller(1, larger(0, total / (slices.points.shape[0] // 2)))

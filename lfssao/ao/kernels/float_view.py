@@ -7,6 +7,7 @@ import numpy as np
 from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.look_up import holds_place
 from lfssao.ao.kernels.moments import filtered_moments
+from lfssao.ao.kernels.texel_rays import point_at
 from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.functions import arc_cosine
 from lfssao.core.jit import kernel
@@ -66,6 +67,12 @@ def _vector_of(texel, texture):
 def _vector_between(four, texture):
     a, b = float_vector(texture, four.texel), float_vector(texture, four.right)
     return blended_vector(four, a, b, float_vector(texture, four.below), float_vector(texture, four.across))
+
+
+@formula
+def _third(third, view, texel):
+    """The third number of a noise vector."""
+    return as_float(third[texel])
 
 
 @formula
@@ -177,6 +184,10 @@ class FloatView(NamedTuple):
         x, y = self.turn(texel)
         return unless_none(self.third, x * self.rightward() + y * self.upward(), _raised, (self, texel))
 
+    def jitter(self, texel):
+        x, _ = self.turn(texel)
+        return unless_none(self.third, number(0, x), _third, (self, texel))
+
     def turn_by_angle(self, texel):
         return self.turn(texel)
 
@@ -205,6 +216,9 @@ class FloatView(NamedTuple):
         column = np.int32(seen) - np.int32(row * np.int32(self.width))
         z = self.levels.z[level_texel(self.levels.first, level, column, row, np.int32(self.width))]
         return as_float(z), z < np.inf
+
+    def point_at(self, u, v, z):
+        return point_at(self.rays, u, v, z)
 
     def apart(self, there, here):
         return there - here

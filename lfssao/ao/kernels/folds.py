@@ -73,13 +73,14 @@ def _keep(linear, ends, i, u, v):
 
 
 @kernel(inline=True)
-def _take_step(view, estimator, s, first, n, size, like, ends, texels, inside, states, totals, slots):
+def _take_step(view, estimator, s, step, first, n, size, like, ends, texels, inside, states, totals, slots):
     """Add what the surfaces of n texels' steps add, and raise the states."""
-    zero = view.rows.dtype.type(0)
+    dtype = view.rows.dtype.type
+    zero, k = dtype(0), as_float(dtype(step))
     for i in range(n):
         state, there = as_float(states[i]), inside[i] != 0
         seen = seen_at(view.look, ends[0][i], ends[1][i], texels[i], size)
-        added, after = estimator.step(view, get(slots, i, like), s, state, np.uint32(first + i), seen)
+        added, after = estimator.step(view, get(slots, i, like), s, k, state, np.uint32(first + i), seen)
         totals[i] += plain(added) if there else zero
         states[i] = plain(select(there, after, state))
 
@@ -126,7 +127,9 @@ def fold_steps(begin, stop, view, estimator, occlusion, outside):
                     _begin_direction(DISPLAY, view, estimator, s, column, j, n, like, ways, states, slots)
                 for step in range(1, estimator.steps + 1):
                     _land(view, estimator, size, step, column, j, first, n, ways, ends, texels, inside, missed)
-                    _take_step(view, estimator, s, first, n, size, like, ends, texels, inside, states, totals, slots)
+                    _take_step(
+                        view, estimator, s, step, first, n, size, like, ends, texels, inside, states, totals, slots
+                    )
                 if (s + 1) % estimator.sides == 0:
                     _leave_direction(view, estimator, s, n, like, states, totals, slots)
             outside[j] += finish_texels(view, estimator, first, n, like, totals, missed, slots, fractions)

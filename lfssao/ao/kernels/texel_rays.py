@@ -36,13 +36,18 @@ class TexelRays(NamedTuple):
 
 
 @formula
+def _separable(m, u, v):
+    """The ray of an image point: x and y at cast z 0, and by how much they change with z."""
+    start = line(m[1], m[2], u, m[0]), line(m[6], m[7], v, m[5])
+    return start, (line(m[3], m[4], u, m[0]), line(m[8], m[9], v, m[5]))
+
+
+@formula
 def ray(table, numbers, column, row, texel, like):
     """A texel's ray: x and y at cast z 0, and by how much they change with z."""
     if table is None:
-        m = numbers
         u, v = known(number(column, like) + 0.5, column + 0.5), known(number(row, like) + 0.5, row + 0.5)
-        start = line(m[1], m[2], u, m[0]), line(m[6], m[7], v, m[5])
-        return start, (line(m[3], m[4], u, m[0]), line(m[8], m[9], v, m[5]))
+        return _separable(numbers, u, v)
     start = number(table[0, texel], like), number(table[2, texel], like)
     return start, (number(table[1, texel], like), number(table[3, texel], like))
 
@@ -54,11 +59,23 @@ def ray_of(view, texel, like):
 
 
 @formula
-def ray_point(rays, column, row, texel, z):
-    """World coordinates of the point of a texel's ray at cast z (equation 3)."""
-    (a, b), (c, d) = ray(rays.table, rays.numbers, column, row, texel, z)
+def _on(rays, line_of, z):
+    """World coordinates of the point of a ray at cast z."""
+    (a, b), (c, d) = line_of
     at = Vector(a + z * c, b + z * d, z)
     return Vector(affine(rays.world, 0, at), affine(rays.world, 1, at), affine(rays.world, 2, at))
+
+
+@formula
+def ray_point(rays, column, row, texel, z):
+    """World coordinates of the point of a texel's ray at cast z (equation 3)."""
+    return _on(rays, ray(rays.table, rays.numbers, column, row, texel, z), z)
+
+
+@formula
+def point_at(rays: Any, u: Any, v: Any, z: Any) -> Any:
+    """World coordinates of the point at cast z on the ray through an image point; the rays are separable."""
+    return _on(rays, _separable(rays.numbers, u, v), z)
 
 
 @formula

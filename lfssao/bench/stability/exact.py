@@ -242,11 +242,12 @@ class Formulas:
             across, down = u - column, v - row
             state = own.begin(view, here, s) if s % own.sides == 0 else state
             for step in range(1, own.steps + 1):
-                part = own.part(view, texel, self.work.given(step))
+                k = self.work.given(step)
+                part = own.part(view, texel, k)
 
-                def rise(seen: int | None, s: int = s, state: Any = state) -> Sequence[Any]:
+                def rise(seen: int | None, s: int = s, k: Any = k, state: Any = state) -> Sequence[Any]:
                     there = seen is not OUTSIDE and view.shows(seen)
-                    return own.step(view, here, s, state, texel, seen) if there else (0, state)
+                    return own.step(view, here, s, k, state, texel, seen) if there else (0, state)
 
                 added, state = self._look_up((column + part * across, row + part * down, valid), rise)
                 yield added

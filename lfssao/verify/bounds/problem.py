@@ -76,6 +76,8 @@ def ball_view(
         high=np.append(seen.high, background),
         by=model.errors,
         turned=buffers.turns is not None,
+        rays=None if made.rays is None else held(made.rays),
+        remade=made.rays is not None and buffers.view.screen_to_world is not None,
     )
 
 

@@ -52,7 +52,7 @@ class Mine(NamedTuple):  # numbers of the arithmetic's dtype, which the formulas
         """The part of the way to the end at which step k lies, 0 to 1."""
         return k / self.steps
 
-    def step(self, view: Any, here: Any, s: Any, state: Any, texel: Any, seen: Any) -> Any:  # select(), not if
+    def step(self, view: Any, here: Any, s: Any, k: Any, state: Any, texel: Any, seen: Any) -> Any:  # select(), not if
         """The number that a step adds, which sees ``seen``, and the one that is kept after it."""
         d = view.position(seen) - here[0]
         length = np.sqrt(dot(d, d))

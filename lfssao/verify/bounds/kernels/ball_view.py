@@ -8,12 +8,12 @@ from lfssao.ao.estimators.sao.kernels.reconstruct import face_normal
 from lfssao.ao.kernels.float_view import all_show, is_other, row_of_texel
 from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.look_up import corners_in
-from lfssao.ao.kernels.texel_rays import on_ray
+from lfssao.ao.kernels.texel_rays import on_ray, point_at
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_between
 from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.doubts import Doubt
 from lfssao.core.functions import arc_cosine_of_ball
-from lfssao.core.numbers import formula, unless_none, where_none, within
+from lfssao.core.numbers import formula, number, unless_none, where_none, within
 from lfssao.core.places import image_or, offset_spot, point_spot, row_of
 from lfssao.core.vectors import Vector, dot
 from lfssao.optics.kernels.projection import image_of
@@ -124,6 +124,12 @@ def _normal(rays, view, texel):
 
 
 @formula
+def _third(third, view, texel):
+    """The third number of a noise vector."""
+    return view.ball(third[texel], 0.0)
+
+
+@formula
 def _raised(third, view, texel):
     """A noise vector of three numbers."""
     x, y = view.turn(texel)
@@ -190,6 +196,10 @@ class BallView(NamedTuple):
         x, y = self.turn(texel)
         return unless_none(self.third, x * self.rightward() + y * self.upward(), _raised, (self, texel))
 
+    def jitter(self, texel):
+        x, _ = self.turn(texel)
+        return unless_none(self.third, number(0, x), _third, (self, texel))
+
     def turn_by_angle(self, texel):
         off = self.by.angle if self.turned else 0.0
         return self.ball(self.turns[0, texel], off), self.ball(self.turns[1, texel], off)
@@ -238,6 +248,9 @@ class BallView(NamedTuple):
         if far < np.inf:
             return ball_between(near, far, like), Doubt(True, True)
         return Ball(0.0, UNKNOWN, like), Doubt(near < np.inf, False)
+
+    def point_at(self, u, v, z):
+        return point_at(self.rays, u, v, z)
 
     def apart(self, there, here):
         return _in_any_axes(there - here) if self.remade else there - here

@@ -51,7 +51,7 @@ def _march(view, seen, estimator, here, texel, s, ends, most_added):
         for n in range(box.texels):
             other, added, after = looked_up(view, box, image, n, seen.depth.shape), (0.0, 0.0), state
             if view.shows(other):
-                rise, raised = estimator.step(view, here, s, any_state, texel, other)
+                rise, raised = estimator.step(view, here, s, view.ball(k, 0.0), any_state, texel, other)
                 added, after = ends_of(number(rise, part)), ends_of(raised)
                 if not added[1] < UNKNOWN:
                     added = 0.0, most_added

@@ -100,14 +100,14 @@ def fold_texels(begin, stop, view, estimator, reading, size, texels, weights, oc
             across, down, begun = u - x, v - y, estimator.begin(view, here, s)
             state = begun if s % estimator.sides == 0 else state
             for step in range(estimator.steps):
-                part, weight = estimator.part(view, texel, as_float(dtype.type(step + 1))), weights[s, step]
-                part = plain(part)
+                n = as_float(dtype.type(step + 1))
+                part, weight = plain(estimator.part(view, texel, n)), weights[s, step]
                 seen = _looked_up(reading, x + part * across, y + part * down, size)
                 if seen >= 0 and weight > 0:
                     there = view.shows(seen) | reading.look.cleared
                     texel_seen = np.uint32(seen if empty < 0 or there else empty)
                     other = _between(reading, x + part * across, y + part * down, texel_seen, size)
-                    added, after = estimator.step(view, here, s, state, texel, other)
+                    added, after = estimator.step(view, here, s, n, state, texel, other)
                     total += weight * plain(number(added, as_float(weight)))
                     state = after
             if (s + 1) % estimator.sides == 0:

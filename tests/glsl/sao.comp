@@ -9,12 +9,12 @@ layout(std430, binding = 4) readonly buffer Axes { float axes[]; };         // r
 uniform ivec2 size;
 uniform vec4 lens;     // focal lengths and centre, texels
 uniform vec2 planes;   // near and far
-uniform float radius, intensity, beta, epsilon;
+uniform float radius, intensity, beta, epsilon, edge;
 uniform int taps, turns, log_q, levels;
 
 float linear_z(ivec2 p) {
     float d = depth[p.y * size.x + p.x];
-    return isinf(d) ? d : planes.x * planes.y / (planes.y + d * (planes.x - planes.y));
+    return d < 1.0 ? planes.x * planes.y / (planes.y + d * (planes.x - planes.y)) : uintBitsToFloat(0x7f800000u);
 }
 
 vec3 eye_point(ivec2 p, float z) {
@@ -70,16 +70,10 @@ ivec2 landed(ivec2 p, vec2 offset) {
 #endif
 }
 
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, size))) return;
-    int texel = p.y * size.x + p.x;
-    occlusion[texel] = 0.0;
-    float z = linear_z(p);
-    if (isinf(z)) return;
+float light_at(ivec2 p, float z) {
     vec3 c = eye_point(p, z), n = normal_of(p, c);
-    vec2 reach = radius * lens.xy / z;
-    float spin = angles[texel], sum = 0.0;
+    vec2 reach = abs(radius * lens.xy / z);
+    float spin = angles[p.y * size.x + p.x], sum = 0.0;
     for (int t = 0; t < taps; t++) {
         float alpha = (float(t) + 0.5) / float(taps);
         float theta = FULL_TURN * alpha * float(turns) + spin;
@@ -94,5 +88,24 @@ void main() {
         sum += f * f * f * max((dot(v, n) - beta) / (epsilon + vv), 0.0);
     }
     float r3 = radius * radius * radius;
-    occlusion[texel] = 1.0 - max(0.0, 1.0 - sum / (r3 * r3) * intensity * (5.0 / float(taps)));
+    return max(0.0, 1.0 - sum / (r3 * r3) * intensity * (5.0 / float(taps)));
+}
+
+// The mean of both texels of a quad's row, or the first one's light at a depth edge: what derivatives within quads make.
+float row_mean(ivec2 p, ivec2 other) {
+    float z = linear_z(p), there = linear_z(other), light = light_at(p, z);
+    return abs(z - there) < edge ? 0.5 * (light + light_at(other, there)) : light;
+}
+
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, size))) return;
+    int texel = p.y * size.x + p.x;
+    occlusion[texel] = 0.0;
+    float z = linear_z(p);
+    if (isinf(z)) return;
+    ivec2 right = ivec2(p.x ^ 1, p.y), below = ivec2(p.x, p.y ^ 1);
+    float light = edge > 0.0 ? row_mean(p, right) : light_at(p, z);
+    if (edge > 0.0 && abs(z - linear_z(below)) < edge) light = 0.5 * (light + row_mean(below, ivec2(right.x, below.y)));
+    occlusion[texel] = 1.0 - light;
 }

@@ -82,7 +82,7 @@ def numbers_of(frame):
     if frame.settings["estimator"] == "sao":
         made = {"intensity": o["intensity"] * r, "beta": o["beta"] * r, "epsilon": o["epsilon"] * r * r}
         turns = o["turns"] or turns_of(o["taps"])
-        return made | {"taps": o["taps"], "turns": turns, "log_q": o["log_q"], "levels": levels_of(frame)}
+        return made | {"taps": o["taps"], "turns": turns, "log_q": o["log_q"], "levels": levels_of(frame), "edge": 0.0}
     if frame.settings["estimator"] == "hbao":
         return {"bias": np.radians(o["bias"]), "around": o["directions"], "steps": o["steps"]}
     if frame.settings["estimator"] == "gtao":

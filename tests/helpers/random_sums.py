@@ -151,6 +151,8 @@ def sao(ar, given, rays, radius, options, angle):
         land = {"floor": lambda d: d, "truncate": np.trunc, "nearest": lambda d: np.floor(ar.add(d, 0.5))}
         off = [land[options["landing"]](ar.multiply(h, a)) for h, a in ((across, u), (down, v))]
         x, y = ar.add(i, off[0]), ar.add(j, off[1])
+        if options["sine"] == "up":
+            y = ar.subtract(j, np.floor(off[1]))
         there, row_of, column_of = rr.inside(given.depth, x, y, True)
         level = np.floor(np.log2(np.maximum(np.floor(np.maximum(across, down)), 1))).astype(int) - options["log_q"]
         level, depth = np.clip(level, 0, len(levels) - 1), np.empty_like(z)

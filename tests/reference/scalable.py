@@ -191,6 +191,8 @@ def sample(view, z, places, options, radius, constants, turns, buffer):
             u, v = tap_x * cosine - tap_y * sine, tap_x * sine + tap_y * cosine
             u, v = rounded(summed(i, j, theta), dtype) if options["angle_sum"] == "float32" else (u, v)
             x, y = dtype(i) + landed(h_u * u), dtype(j) + landed(h_v * v)
+            if options["sine"] == "up":
+                y = dtype(j) - (np.floor if options["landing"] == "floor" else landed)(h_v * v)
             if not (x >= 0 and x < width and y >= 0 and y < height):
                 outside += 1
             elif (int(y), int(x)) != (j, i):

@@ -53,7 +53,7 @@ def check_sao(drawn, options, alter=lambda model: model):
 CHOICES = {
     "mip": ["rotated", "min", "max"], "log_q": [0, 1], "beta": [0.0, 0.01], "quad_edge": [0.0, 0.3],
     "gauss": [0.0, 0.0, 1.0, 3.0], "packed": [False, True], "sharpness": [10.0], "normals": ["face", "buffer"],
-    "landing": ["floor", "truncate", "nearest"], "full_turn": ["exact", "6.28"],
+    "landing": ["floor", "truncate", "nearest"], "sine": ["down", "up"], "full_turn": ["exact", "6.28"],
     "angle_sum": ["exact", "exact", "float32"],
 }  # fmt: skip
 

@@ -123,11 +123,11 @@ def _background_problem(name: str, checks: bool | str) -> Problem:
 _STEPS = np.array([-1e-9, 0.5, 1.5, 2.5, -0.5, -1.5, 3 - 2.0**-22], np.float32)
 
 
-def _landing_problem(landing: str) -> Problem:
+def _landing_problem(landing: str, sine: str) -> Problem:
     """One tap a texel at half of 2^20 texels, turned by so little that it lands at ``_STEPS``."""
     changes: Changes = {
-        "taps": 1, "turns": 1, "landing": landing, "normals": "buffer", "beta": 0.0, "epsilon": 0.0, "max_level": 0,
-        "quad_edge": 0.0, "gauss": 0.0, "intensity": 1e-9,
+        "taps": 1, "turns": 1, "landing": landing, "sine": sine, "normals": "buffer", "beta": 0.0, "epsilon": 0.0,
+        "max_level": 0, "quad_edge": 0.0, "gauss": 0.0, "intensity": 1e-9,
     }  # fmt: skip
     parameters, inputs = on_view(ESTIMATORS["sao"], views.module_view(views.SMALL), SCENE, 1e7, changes)
     row, column = np.indices(inputs["depth"].shape)
@@ -177,7 +177,8 @@ def _border_recipes() -> Iterator[Recipe]:
         yield _recipe(f"background_{name}_{check}", name, about, _background_problem, name, check)
     yield _recipe("bias_at_surface", name, "samples behind the surface by the bias", _bias_problem)
     for landing in ("floor", "truncate", "nearest"):
-        yield _recipe(f"landing_{landing}", "sao", "taps on borders and halves", _landing_problem, landing)
+        for sine, name in (("down", f"landing_{landing}"), ("up", f"landing_{landing}_up")):
+            yield _recipe(name, "sao", "taps on borders and halves", _landing_problem, landing, sine)
     yield _recipe("packed_half", "sao", "light on a half of its byte", _packed_problem)
     for combine in ("both", "maximum", "average"):
         yield _recipe(f"longest_{combine}", "multiresolution", "normals of 3e38", _long_problem, combine)

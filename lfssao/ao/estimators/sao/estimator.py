@@ -84,6 +84,11 @@ class SaoOptions(Bordered):
         "a tap's texel: x' + h u cut down, as in equation 10; or h u cut towards 0, or at the nearest whole number",
         choices=tuple(LANDINGS),
     )
+    sine: str = option(
+        "down",
+        "where equation 6's sine is in the image: up where shaders count rows from below",
+        choices=("down", "up"),
+    )
     normals: str = option("face", "n: equation 4's, or that of the normals texture", choices=("face", "buffer"))
     reach: float = option(1.0, "radius of the taps in the image over that of equation 5", limits=(0.0, _MOST))
     full_turn: str = option("exact", "2 pi in equation 6, or what shaders write for it", choices=("exact", "6.28"))
@@ -214,6 +219,7 @@ def sao_numbers(options: AnyOptions, rays: TexelRays, radius: float, z: Texture)
             points=unit_taps(options, z.dtype),
             angles=tap_angles(options) if options.angle_sum == "float32" else None,
             landing=LANDINGS[options.landing],
+            up=True if options.sine == "up" else None,
             height=z.shape[0],
             width=z.shape[1],
             reach_u=one(options.reach * radius / units[0]),

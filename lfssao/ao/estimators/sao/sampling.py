@@ -14,7 +14,7 @@ import numpy as np
 
 from lfssao.ao.estimators.sao.kernels.reconstruct import spacing
 from lfssao.ao.kernels.texel_rays import on_ray
-from lfssao.core.numbers import formula, is_finite, larger, number, rounded, select, smaller
+from lfssao.core.numbers import formula, is_finite, larger, number, rounded, select, smaller, unless_none
 from lfssao.core.places import image_place
 from lfssao.core.vectors import dot
 
@@ -33,10 +33,21 @@ def _direction(angles: Any, view: Any, points: Any, turn: Any, at: Any, s: Any) 
 
 
 @formula
+def _whole(landing: Any, offset: Any) -> Any:
+    """An offset in texels, cut towards 0 (landing 0) or to the nearest whole number (1)."""
+    return select(landing == 1, np.floor(offset + 0.5), np.trunc(offset))
+
+
+@formula
 def _landed(landing: Any, offset: Any) -> Any:
-    """An offset in texels as it is (-1), or to the middle of a texel, cut towards 0 (0) or nearest (1)."""
-    whole = select(landing == 1, np.floor(offset + 0.5), np.trunc(offset))
-    return select(landing < 0, offset, whole + 0.5)
+    """An offset in texels as it is (-1), or to the middle of a texel."""
+    return select(landing < 0, offset, _whole(landing, offset) + 0.5)
+
+
+@formula
+def _upward(up: Any, landing: Any, offset: Any) -> Any:
+    """The way down of an offset up, to the middle of a texel, as of rows that are counted from below."""
+    return 0.5 - select(landing < 0, np.floor(offset), _whole(landing, offset))
 
 
 def visibility_of(scale: Any, total: Any) -> Any:
@@ -48,7 +59,8 @@ class Sao(NamedTuple):
     """Numbers of a tap and its term, arrays and scalars of the arithmetic's dtype.
 
     points: (s, 3), taps at angle 0, by ``lfssao.samples.kernels.spiral.unit_taps``. angles: None, or of taps, (s,),
-    float64, radians, that the common hash is added to in float32. landing: that of ``_landed``. height, width: of the
+    float64, radians, that the common hash is added to in float32. landing: that of ``_landed``. up: not None if sines
+    are upward. height, width: of the
     texture. reach_u, reach_v: the radius in units of cast space, across and down (r in world units for rays in a
     table). inverse: 1 / r. cubed: whether the falloff is the appendix's. bias, depth_bias: u.n less
     bias + depth_bias (z - origin), in radii. log_q: log2 of q'.
@@ -57,6 +69,7 @@ class Sao(NamedTuple):
     points: Any
     angles: Any
     landing: int
+    up: Any
     height: int
     width: int
     reach_u: Any
@@ -87,9 +100,9 @@ class Sao(NamedTuple):
         _, _, _, turn, (column, row), (across, down) = here
         u, v = _direction(self.angles, view, self.points, turn, (column, row), s)
         alpha = rounded(self.points[s, 2], 0, column, 1)
-        return image_place(
-            column + _landed(self.landing, (across * alpha) * u), row + _landed(self.landing, (down * alpha) * v)
-        )
+        offset = (down * alpha) * v
+        below = unless_none(self.up, _landed(self.landing, offset), _upward, (self.landing, offset))
+        return image_place(column + _landed(self.landing, (across * alpha) * u), row + below)
 
     def term(self, view: Any, here: Any, s: Any, z: Any, texel: Any, seen: Any) -> Any:
         """(1 - u.u)^3 max(u.n - less, 0) / (u.u + epsilon), Q on the texel's ray at the hierarchy's z; 0 if no number.

@@ -20,6 +20,7 @@ def as_text(result: dict[str, Any]) -> str:
             said = {advise.advice(result, error, max_ms=limit): limit for limit in reversed(_TIMES)}  # each once
             out += [*(f"- At most {limit:g} ms: {sentence}" for sentence, limit in reversed(said.items())), ""]
     out += ["## Without work, and the truth's own error", "", *_nulls(result)]
+    out += ["", "## At equal time", "", *_at_equal_time(result)]
     out += ["", "## All estimators", "", *_estimators(result)]
     for error, (title, _, _) in advise.ERRORS.items():
         out += ["", f"## {error}: {title}", "", f"![{title} over the time](work-precision-{error}.png)"]
@@ -56,6 +57,18 @@ def _nulls(result: dict[str, Any]) -> list[str]:
         for radii, line in zip(result["setup"]["grid"]["radii"], lines, strict=True):
             rows.append((f"{integrand}, {advise.describe_radii(radii)}", *(f"{line[k]:.4f}" for k in line)))
     return table(("integrand", "no AO", "best constant", "standard error of the truth"), rows)
+
+
+def _at_equal_time(result: dict[str, Any]) -> list[str]:
+    """The least visibility error of each estimator within a time, at the first radii."""
+    radii, rows = result["setup"]["grid"]["radii"][0], []
+    points = advise.points_of(result, "visibility", radii)
+    for name in result["estimators"]:
+        own = [point for point in points if point["estimator"] == name]
+        within = ([p["error"] for p in own if p["ms"] <= limit] for limit in _TIMES)
+        rows.append((name, *(f"{min(errors):.4f}" if errors else "-" for errors in within)))
+    note = f"The least visibility error within a time, {advise.describe_radii(radii)}, of any sampler, number and blur."
+    return [note, "", *table(("estimator", *(f"{limit:g} ms" for limit in _TIMES)), rows)]
 
 
 def _estimators(result: dict[str, Any]) -> list[str]:

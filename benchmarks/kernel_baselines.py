@@ -47,12 +47,11 @@ def _lines(a: Sequence[Any]) -> list[Any]:
     return [*_seen(view, disk.radius, occlusion), *samples, disk.thickness, occlusion]
 
 
-def _horizons(a: Sequence[Any]) -> list[Any]:
+def _fan(a: Sequence[Any]) -> list[Any]:
+    """What horizons and slices have in common: scene, reflections, and steps along directions."""
     view, fan, occlusion, _ = a
-    textures = view.depth, view.positions, view.directions, view.normals
     mirrors = np.ascontiguousarray(np.tile(fan.mirrors, CHUNK // fan.mirrors.shape[2]))
-    scene = [*_size(occlusion), *textures, view.rows, view.lens, view.axes, fan.radius]
-    return [*scene, mirrors, len(fan.points), fan.points, fan.steps, occlusion]
+    return [*_seen(view, fan.radius, occlusion), mirrors, len(fan.points), fan.points, fan.steps]
 
 
 def _fraction(a: Sequence[Any]) -> list[Any]:
@@ -122,7 +121,8 @@ BASELINES = (
     Baseline(ESTIMATORS + "vo.volume.sum_samples", "VO area", "vo_area", _area, (2,), "Areas"),
     Baseline("lfssao.ao.moments.kernels.write_half", "pyramid of moments", "moments_half",
              lambda a: [a[2], a[3], a[0], a[1], a[4], float(a[5]), float(a[6])], (0,)),
-    Baseline("lfssao.ao.formulas.fold_steps", "horizons", "hbao", _horizons, (2,), "Horizons"),
+    Baseline("lfssao.ao.formulas.fold_steps", "horizons", "hbao", lambda a: [*_fan(a), a[2]], (2,), "Horizons"),
+    Baseline("lfssao.ao.formulas.fold_steps", "slices", "gtao", lambda a: [*_fan(a), a[1].first, a[2]], (2,), "Arcs"),
     Baseline("lfssao.ao.formulas.sum_samples", "points with options", "share_behind", _fraction, (2,), "Points"),
     Baseline(KERNELS + "multiresolution.first_level", "multiresolution, halve", "first_level",
              lambda a: [*_size(a[0]), *a], (1,)),

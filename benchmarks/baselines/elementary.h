@@ -51,3 +51,14 @@ static inline double log2_(double x)
     y = (y * s2) * s + s;
     return (double)k + 2.8853900817779268 * y;
 }
+
+static inline double acos_(double x)
+{
+    const double size = fabs(x), square = size > 0.5 ? 0.5 * (1.0 - size) : size * size;
+    const double sine = size > 0.5 ? sqrt(square) : size;
+    double y = 1.0;
+    for (int n = 48; n > 0; n -= 2)
+        y = 1.0 + y * square * ((n - 1.0) * (n - 1.0) / (n * (n + 1.0)));
+    const double angle = sine * y, near = size > 0.5 ? 2.0 * angle : 0.5 * 3.141592653589793 - angle;
+    return x < 0.0 ? 3.141592653589793 - near : near;
+}

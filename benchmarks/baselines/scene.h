@@ -6,7 +6,7 @@
 #include "elementary.h"
 
 typedef struct { int width, height; const float *depth, *positions, *directions, *normals, *rows, *lens, *right; } Scene;
-typedef struct { float p[3], u, v, z, eu, ev, ez, fu, fv, fz, steep, slope1, slope2; const float *w; int seen; } Texel;
+typedef struct { float p[3], u, v, z, eu, ev, ez, fu, fv, fz, steep, ne, nf, towards, slope1, slope2; const float *w; int seen; } Texel;
 
 static float linear_row(const float *m, int k, float x, float y, float z)
 {
@@ -39,10 +39,10 @@ static Texel texel_at(const Scene *s, float radius, const float *turns, int tang
     t.ez = radius * linear_row(m, 3, ex, ey, ez), t.fz = radius * linear_row(m, 3, fx, fy, fz);
     if (tangent) {
         const float *n = s->normals + 3 * k;
-        float towards = -((n[0] * w[0] + n[1] * w[1]) + n[2] * w[2]);
-        towards = towards > 0x1p-20f ? towards : 0x1p-20f;
-        t.slope1 = ((n[0] * ex + n[1] * ey) + n[2] * ez) / towards;
-        t.slope2 = ((n[0] * fx + n[1] * fy) + n[2] * fz) / towards;
+        const float towards = -((n[0] * w[0] + n[1] * w[1]) + n[2] * w[2]);
+        t.towards = towards > 0x1p-20f ? towards : 0x1p-20f;
+        t.ne = (n[0] * ex + n[1] * ey) + n[2] * ez, t.nf = (n[0] * fx + n[1] * fy) + n[2] * fz;
+        t.slope1 = t.ne / t.towards, t.slope2 = t.nf / t.towards;
     }
     return t;
 }

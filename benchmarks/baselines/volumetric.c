@@ -125,3 +125,42 @@ void hbao(ARRAYS, const float *turns, int n, const float *around, int steps, flo
             ao[(int64_t)j * width + i] = total < 1 ? total : 1;
         }
 }
+
+/* GTAO without falloff and of exact angles, weighted by the cosine: ``around`` has both sides of each slice. */
+void gtao(ARRAYS, const float *turns, int n, const float *around, int steps, float first, float *ao)
+{
+    SCENE;
+#pragma omp parallel for schedule(dynamic, 8)
+    for (int j = 0; j < height; j++)
+        for (int i = 0; i < width; i++) {
+            float total = 0;
+            const int64_t here = (int64_t)j * width + i;
+            ao[here] = 0;
+            if (!(depth[here] < INFINITY))
+                continue;
+            const Texel t = texel_at(&scene, radius, turns, 1, j, i);
+            for (int k = 0; k < n; k++) {
+                const float x = around[2 * k], y = around[2 * k + 1], z = (t.z + x * t.ez) + y * t.fz;
+                const float e = x * t.ne + y * t.nf;
+                float u1, v1, horizon = -e / sqrtf(t.towards * t.towards + e * e);
+                project(&scene, (t.u + x * t.eu) + y * t.fu, (t.v + x * t.ev) + y * t.fv, z, &u1, &v1);
+                const float u0 = (float)i + 0.5f, v0 = (float)j + 0.5f, du = u1 - u0, dv = v1 - v0;
+                for (int step = 1; step <= (z < lens[0] && z > lens[1] ? steps : 0); step++) {
+                    const float part = (((float)step - 1) + first) / (float)steps, u = u0 + part * du, v = v0 + part * dv;
+                    if (!(u >= 0 && u < width && v >= 0 && v < height))
+                        continue;
+                    const int64_t there = (int64_t)(int)v * width + (int)u;
+                    const float *q = positions + 3 * there;
+                    const float dx = q[0] - t.p[0], dy = q[1] - t.p[1], dz = q[2] - t.p[2];
+                    const float length = sqrtf((dx * dx + dy * dy) + dz * dz);
+                    const float cosine = -((dx * t.w[0] + dy * t.w[1]) + dz * t.w[2]) / length;
+                    if (length / radius < 1 && there != here && cosine > horizon)
+                        horizon = cosine;
+                }
+                const float c = horizon > 1 ? 1 : horizon < -1 ? -1 : horizon, square = 1 - c * c > 0 ? 1 - c * c : 0;
+                total += 0.5f * (square * t.towards + ((float)acos_(c) - c * sqrtf(square)) * e);
+            }
+            total /= (float)(n / 2);
+            ao[here] = 1 - (total < 0 ? 0 : total < 1 ? total : 1);
+        }
+}

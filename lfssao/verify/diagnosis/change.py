@@ -6,7 +6,7 @@ there.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from math import exp, floor, log10
+from math import exp, floor, log, log10
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -171,7 +171,7 @@ def late(change: Change) -> Change:
     return replace(change, late=True)
 
 
-FACTOR = Axis(1e-5, 2.3, factor=True)
+FACTOR = Axis(1e-5, 2.3, factor=True, more=(log(2.0),))  # halves and doubles are common, and far from the others
 
 
 def scaled(kind: str, apply: Callable[[Any, float], Any], axis: Axis = FACTOR, words: str | None = None) -> Change:

@@ -199,7 +199,7 @@ class Estimated(Problem):
         turns, shape = self.buffers.turns, self.buffers.depth.shape
         if turns is not None:
             way = np.array([1, -1, 1][: len(turns)], turns.dtype)[:, None, None]
-            yield with_buffers("samples are not turned", turns=lambda b: None)
+            yield with_buffers("samples are not turned", turns=_unturned)
             yield with_buffers(
                 "samples turned the other way", turns=lambda b: None if b.turns is None else b.turns * way
             )
@@ -210,6 +210,14 @@ class Estimated(Problem):
         for words, number in turn_seeds(self.rotation, self.seed):
             turned = partial(Buffers.turned, rotation=self.rotation, seed=number)
             yield late(with_buffers(words, turns=lambda b, turned=turned: turned(b).turns))  # type: ignore[misc]
+
+
+def _unturned(buffers: Buffers) -> Any:
+    """Turns by an angle of 0: none, or the third numbers of noise alone."""
+    turns = buffers.turns
+    if turns is None or len(turns) == 2:
+        return None
+    return np.stack([np.ones_like(turns[2]), np.zeros_like(turns[2]), turns[2]])
 
 
 def with_buffers(kind: str, **made: Callable[[Buffers], Any]) -> Change:

@@ -5,11 +5,14 @@ The shaders are GLSL, ``tests/glsl``, written from what the engines compute; the
 """
 
 import functools
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import ao_shaders
 import numpy as np
 import pytest
 from jobs import render
+from reference.scalable import turns_of
 
 import lfssao
 from lfssao.cli.main import main
@@ -22,7 +25,7 @@ R = 0.35  # world units, of the scene corner
 class Engine:
     """G-buffers of the scene corner as an OpenGL engine stores them, with its kernel and its noise."""
 
-    def __init__(self, folder, scene, cleared, noise, stored, seed):
+    def __init__(self, folder, scene, own, seed):
         frame = ao_shaders.Frame(
             render(folder / "lfssao", scene, "--camera", "--resolution", "{}x{}".format(*SIZE), "--radii", "0",
                    "--layers", "depth,positions,normals", "--normals")
@@ -32,54 +35,119 @@ class Engine:
         points = np.einsum("kc,ijc->ijk", eye[:3, :3], frame.textures["positions"].astype(float)) + eye[:3, 3]
         normals = np.einsum("kc,ijc->ijk", eye[:3, :3], frame.textures["normals"].astype(float))
         self.textures = {
-            "Positions": np.where(there[..., None], points, [0, 0, cleared]), "Normals": normals,
+            "Positions": np.where(there[..., None], points, [0, 0, own.cleared]), "Normals": normals,
             "Depth": np.where(there, frame.textures["depth"], 1.0),
         }  # fmt: skip
-        self.textures["Positions"] = self.textures["Positions"].astype(stored)
-        self.textures = {name: np.float32(texture[::-1]) for name, texture in self.textures.items()}
+        self.textures["Positions"] = self.textures["Positions"].astype(own.stored)
+        rows = slice(None, None, -1 if own.below else 1)
+        self.textures = {name: np.float32(texture[rows]) for name, texture in self.textures.items()}
         directions = rng.normal(size=(16, 3))
         directions[:, 2] = abs(directions[:, 2])
         lengths = 0.1 + 0.9 * (np.arange(16) / 16) ** 2
         self.kernel = np.float32(directions / np.linalg.norm(directions, axis=1)[:, None] * lengths[:, None])
-        self.noise = np.float32(noise(rng.uniform(-1, 1, (4, 4, 3))))
-        self.planes, self.folder = frame.view["lens"][4:6], folder
+        self.directions = np.float32(directions / np.linalg.norm(directions, axis=1)[:, None])
+        self.noise = np.float32(own.noise(rng.uniform(-1, 1, (4, 4, 3))))
+        self.angles, self.planes, self.folder = own.angles(*np.indices(SIZE[::-1])), frame.view["lens"][4:6], folder
+        f_u, f_v, c_u, c_v = self.lens = frame.view["lens"][:4]
+        if own.below:
+            self.lens = f_u, -f_v, c_u, SIZE[1] - c_v
         (folder / "camera.toml").write_text(
             f'kind = "camera"\nview = {eye.tolist()}\nprojection = {self.projection.tolist()}\nclip = "opengl"\n'
-            'rows = "below"\ndepth_kind = "window"\npositions_space = "view"\nnormals_space = "view"\n'
+            f'rows = "{"below" if own.below else "above"}"\n'
+            'depth_kind = "window"\npositions_space = "view"\nnormals_space = "view"\n'
         )
         for name in self.textures:
-            np.save(folder / f"{name.lower()}.npy", self.textures[name].astype(stored if name == "Positions" else "f4"))
+            kind = own.stored if name == "Positions" else "f4"
+            np.save(folder / f"{name.lower()}.npy", self.textures[name].astype(kind))
         np.save(folder / "kernel.npy", self.kernel)
+        np.save(folder / "directions.npy", self.directions)
         np.save(folder / "noise.npy", self.noise)
+        np.save(folder / "angles.npy", np.float32(self.angles))
 
-    def draw(self, context, defines, bias, limits=(0, 0), change=None):
-        """Occlusion by the shader, rows from below; ``change`` is (pattern, replacement) in its text."""
-        uniforms = {
+    def draw(self, context, shader, defines, uniforms, change=None):
+        """Occlusion by a shader, rows from below; ``change`` is (pattern, replacement) in its text."""
+        common = {
             "size": SIZE, "side": 4, "count": len(self.kernel), "projection": self.projection.T.ravel(),
-            "planes": self.planes, "radius": R, "bias": bias * R, "limits": limits,
+            "inverse_projection": np.linalg.inv(self.projection).T.ravel(), "planes": self.planes, "radius": R,
+            "lens": self.lens,
         }  # fmt: skip
-        arrays = {**self.textures, "Kernel": self.kernel, "Noise": self.noise}
-        return ao_shaders.run(context, "tangent", defines, change, arrays, uniforms, SIZE)
+        arrays = {
+            **self.textures, "Kernel": self.kernel, "Directions": self.directions, "Noise": self.noise,
+            "Angles": self.angles, "Axes": np.diag([1, 1, -1]),
+        }  # fmt: skip
+        return ao_shaders.run(context, shader, defines, change, arrays, {**common, **uniforms}, SIZE)
 
 
 def unit(noise):
     return noise[..., :2] / np.linalg.norm(noise[..., :2], axis=-1, keepdims=True)
 
 
+def flat(noise):
+    return np.dstack([unit(noise), 0 * noise[..., 0]])
+
+
+def by_integers(j, i):
+    """Angles that G3D makes of a texel's row and column; they are so large that their sums round."""
+    return ((3 * i) ^ j + i * j) * 10
+
+
+def by_recurrence(j, i):
+    """Angles that r3d makes of them."""
+    return 2 * np.pi * np.modf(0.7548776662466927 * i + 0.5698402909980532 * j)[0]
+
+
+@dataclass
+class Own:
+    """An engine's shader with defines and numbers, and the textures and options that it hands over."""
+
+    shader: str
+    defines: dict
+    uniforms: dict
+    cleared: float = 0.0  # z of view space without a surface
+    noise: Callable = flat  # of numbers from -1 to 1
+    stored: str = "f4"  # type of positions
+    textures: tuple = ("depth", "normals")
+    given: tuple = ("--rotate={folder}/noise.npy", "--rotate-rows=below")
+    angles: Callable = by_recurrence
+    below: bool = True  # whether row 0 is the lowest
+
+
+POINTS = {"textures": ("depth", "positions", "normals"), "given": ("--samples={folder}/kernel.npy", *Own.given)}
 SMOOTH = {"FRAME": "cross(n, t)", "TERM": 0, "FILTER": 0}
-# Defines and numbers of the shader, the z to which view space is cleared, and its noise of numbers from -1 to 1,
-# and the type of positions.
+R3D = {"log_q": 3, "taps": 16, "turns": turns_of(16), "levels": 1, "edge": 0.0}
+G3D = {"log_q": 3, "taps": 11, "turns": 7, "levels": 6, "edge": 0.02 * R, "intensity": R}
 ENGINES = {
-    "learnopengl": ({"defines": SMOOTH, "bias": 0.05}, 0.0, lambda v: v * [1, 1, 0], "f2"),
-    "vtk": (
-        {"defines": SMOOTH | {"FILTER": 1}, "bias": 0.02}, 0.0, lambda v: np.dstack([unit(v), 0 * v[..., 0]]), "f2",
+    "learnopengl": Own("tangent", SMOOTH, {"bias": 0.05 * R}, 0.0, lambda v: v * [1, 1, 0], "f2", **POINTS),
+    "vtk": Own("tangent", SMOOTH | {"FILTER": 1}, {"bias": 0.02 * R}, 0.0, flat, "f2", **POINTS),
+    "sascha-willems": Own(
+        "tangent", SMOOTH | {"FRAME": "cross(t, n)"}, {"bias": 0.05 * R}, -1.0, lambda v: 2 * v * [1, 1, 0] - 1,
+        **POINTS,
     ),
-    "sascha-willems": (
-        {"defines": SMOOTH | {"FRAME": "cross(t, n)"}, "bias": 0.05}, -1.0, lambda v: 2 * v * [1, 1, 0] - 1, "f4",
+    "threejs-ssao": Own(
+        "tangent", SMOOTH | {"TERM": 1}, {"limits": (0.005, 0.1)}, 0.0, lambda v: np.repeat(v[..., :1], 3, axis=-1),
+        **POINTS,
     ),
-    "threejs-ssao": (
-        {"defines": SMOOTH | {"TERM": 1}, "bias": 0.0, "limits": (0.005, 0.1)}, 0.0,
-        lambda v: np.repeat(v[..., :1], 3, axis=-1), "f4",
+    "threejs-gtao": Own(
+        "gtao_rises", {},
+        {"exponent": 1.0, "thickness": 4 * R, "fall_off": 1.0, "power": 1.0, "slices": 3, "steps": 6},
+        given=(*Own.given, "--parameter=background=cleared", "--parameter=cleared={far}"),  # less than thickness away
+    ),
+    "nvidia-hbao": Own(
+        "hbao_taps", {}, {"bias": 0.1, "power": 1.5, "directions": 8, "steps": 4},
+        noise=lambda v: np.dstack([unit(v), 0.5 + 0.5 * v[..., 2]]),
+    ),
+    "babylon-ssao2": Own(
+        "kernel_shifts", {}, {"strength": 1.0, "base": 0.0, "max_z": 100.0, "min_z_aspect": 0.2},
+        noise=lambda v: v * [1, 1, 0], given=("--samples={folder}/directions.npy", *Own.given),
+    ),
+    "r3d": Own(
+        "sao", {"FACE": 0, "LANDING": 1, "FULL_TURN": "6.283185307179586"},
+        R3D | {"intensity": 0.4 * R, "beta": 0.04 * R, "epsilon": 0.08 * R * R},
+        given=("--rotate={folder}/angles.npy", "--rotate-rows=below"),
+    ),
+    "g3d": Own(
+        "sao", {"FACE": 1, "LANDING": 1, "FULL_TURN": "6.28"}, G3D | {"beta": 0.01 * R, "epsilon": 0.01 * R * R},
+        textures=("depth",), given=(), angles=by_integers, below=False,
     ),
 }  # fmt: skip
 
@@ -90,13 +158,13 @@ def engine(tmp_path_factory):
 
     @functools.cache
     def made(name):
-        _, cleared, noise, stored = ENGINES[name]
-        folder = tmp_path_factory.mktemp(name)
-        engine = Engine(folder, "statue", cleared, noise, stored, 7)
-        given = [f"--{key}={folder / key}.npy" for key in ("depth", "positions", "normals")]
-        own = f"--samples={folder}/kernel.npy", f"--rotate={folder}/noise.npy", "--rotate-rows=below"
+        own, folder = ENGINES[name], tmp_path_factory.mktemp(name)
+        engine = Engine(folder, "statue", own, 7)
+        given = [f"--{key}={folder / key}.npy" for key in own.textures]
         words = f"--buffers={folder}/camera.toml", f"--like={name}", f"--radii={R}", f"-o={folder}/right"
-        assert main(["ao", *given, *own, *words]) == 0
+        assert (
+            main(["ao", *given, *(word.format(folder=folder, far=engine.planes[1]) for word in own.given), *words]) == 0
+        )
         return engine
 
     return made
@@ -104,7 +172,8 @@ def engine(tmp_path_factory):
 
 def compared(context, engine, target, name, change=None):
     target.mkdir()
-    np.save(target / "depth_ao_1.npy", engine.draw(context, **ENGINES[name][0], change=change))
+    own = ENGINES[name]
+    np.save(target / "depth_ao_1.npy", engine.draw(context, own.shader, own.defines, own.uniforms, change))
     report = lfssao.compare(target, engine.folder / "right", layers=("ao_1",))
     (result,) = (r for r in report.results if r.layer == "ao_1")
     return report, result
@@ -135,6 +204,17 @@ HEMISPHERE = COMMON | {
         "samples outside the texture add nothing",
     ),
 }  # fmt: skip
+SPIRAL = {
+    "bias forgotten": ((r"- beta\)", ")"), "beta 0 in place of"),
+    "projection scale without its 1/2": ((r"radius \* lens.xy / z", "2.0 * radius * lens.xy / z"),
+                                         "radius in texels x 2.000, as of a projection scale without its 1/2,"),
+    "falloff squared": ((r"f \* f \* f", "f * f * radius * radius"), None),
+    "epsilon of R": ((r"epsilon \+ vv", "2.5 * epsilon + vv"), ("epsilon", 2.5)),
+    "spiral of 5 turns": ((r"float\(turns\)", "5.0"), "turns 5 in place of"),
+    "without the half": ((r"\(float\(t\) \+ 0\.5\)", "(float(t) + 1.0)"), None),
+    "turned the other way": ((r"\+ spin", "- spin"), "samples turned the other way"),
+    "one tap less": ((r"t < taps", "t < taps - 1"), None),
+}  # fmt: skip
 BUGS = {
     "learnopengl": HEMISPHERE,
     "vtk": HEMISPHERE | {"not filtered": ((r"#if FILTER", "#if 0"), "textures read in the nearest texel")},
@@ -148,6 +228,83 @@ BUGS = {
             (r"3 \* i\] \* t \+ kernel\[3 \* i \+ 1\]", "3 * i + 1] * t + kernel[3 * i]"),
             "samples with x and y exchanged",
         ),
+    },
+    "threejs-gtao": {name: COMMON[name] for name in ("noise of rows from above", "noise not tiled")} | {
+        "axis from the normal": ((r"cross\(d, v\)", "cross(d, n)"), None),
+        "noise not unpacked": (
+            (r"noise\[tile\], noise\[tile \+ 1\]", "0.5 + 0.5 * noise[tile], 0.5 + 0.5 * noise[tile + 1]"),
+            "noise vectors are packed, (v + 1) / 2 in place of v",
+        ),
+        "normals inside out": ((r"n = (vec3\(normals.*\));", r"n = -\1;"), "normals with the other sign"),
+        "uniform for cosine": ((r"visible \+= .*;", "visible += 0.5 * (2.0 - first - second);"), None),
+        "slices by their projection": ((r"visible \+= ", "visible += length(n - across * dot(n, across)) * "), None),
+        "horizon not in the hemisphere": (
+            (r"first = dot\(v, plane\), second = -first", "first = -1.0, second = -1.0"), None,
+        ),
+        "fall-off forgotten": ((r", fall_off\)", ", 0.0)"), "fall_off 0 in place of 1"),
+        "thickness in texels": ((r">= thickness", ">= 0.05 * thickness"), None),
+        "a larger radius": ((r"d \* radius", "d * 1.25 * radius"), ("radius", 1.25)),
+        "exponent of 2": ((r", exponent\)", ", 2.0 * exponent)"), None),
+        "power of 1.5": ((r", power\)", ", 1.5 * power)"), ("power", 1.5)),
+        "a step less": ((r"k < steps", "k < steps - 1"), "step 6 of each direction dropped"),
+        "turned the other way": ((r"(, )(noise\[tile \+ 1\])", r"\1-\2"), "samples turned the other way"),
+        "points at texels' centres": (
+            (r"point_at\(uv, depth_at\(uv\)\)", "point_at((floor(uv * vec2(size)) + 0.5) / vec2(size), depth_at(uv))"),
+            None,
+        ),
+    },
+    "nvidia-hbao": {name: COMMON[name] for name in ("noise of rows from above", "noise not tiled")} | {
+        "bias not taken off": ((r" - bias, 0\.0", ", 0.0"), None),
+        "power forgotten": ((r"pow\((.*), power\)", r"\1"), ("power", 1 / 1.5)),
+        "not doubled": ((r"sum \* 2\.0", "sum"), "sum divided by 64 in place of 32"),
+        "bias not made up for": ((r"1\.0 / \(1\.0 - bias\) / ", "1.0 / "), None),
+        "falloff forgotten": ((r"clamp\(square \* inverse \+ 1\.0, 0\.0, 1\.0\)", "1.0"), None),
+        "radius without its 1/2": (
+            (r"radius \* 0\.5 \*", "radius *"), "radius in texels x 2.000, as of a projection scale without its 1/2,",
+        ),
+        "jitter forgotten": ((r"random\.z \* between \+ 1\.0", "1.0"), "noise vectors' z is left out"),
+        "no texel further out": ((r"random\.z \* between \+ 1\.0", "random.z * between"), None),
+        "taps not at centres": ((r"round\(far \* d\)", "far * d"), None),
+        "last tap at the radius": ((r"float\(steps \+ 1\)", "float(steps)"), ("reach", 1.25)),
+        "normals inside out": ((r"n = (vec3\(normals.*\));", r"n = -\1;"), "normals with the other sign"),
+        "z of normals not turned": ((r", -normals", ", normals"), None),
+        "turned the other way": ((r"d\.x \* random\.x - d\.y \* random\.y, d\.x \* random\.y \+ d\.y \* random\.x",
+                                  "d.x * random.x + d.y * random.y, -d.x * random.y + d.y * random.x"),
+                                 "samples turned the other way"),
+        "not turned": ((r"d = vec2\(d\.x \* random.*;", ";"), "samples are not turned"),
+    },
+    "babylon-ssao2": {name: COMMON[name] for name in ("noise of rows from above", "noise not tiled")} | {
+        "frame mirrored": ((r"b = cross\(n, t\)", "b = cross(t, n)"), "samples mirrored in y"),
+        "noise not unpacked": ((r"vec3\(random \* 2\.0 - 1\.0", "vec3(random"), None),
+        "normals inside out": ((r"n = (vec3\(normals.*\));", r"n = -\1;"), "normals with the other sign"),
+        "z of normals not turned": ((r", -normals", ", normals"), None),
+        "range check forgotten": ((r"\(1\.0 - smoothstep\(reach.*\)\);", "1.0;"), None),
+        "strength of 1.5": ((r"- strength \*", "- 1.5 * strength *"), ("strength", 1.5)),
+        "lengths not shifted": ((r"int\(random\.x \* 16\.0\)", "0"), None),
+        "directions not shifted": ((r"int\(random\.y \* 16\.0\)", "0"), None),
+        "mean of one less": ((r"sum / 16\.0", "sum / 15.0"), "sum divided by 15 in place of 16"),
+        "kernel not folded": ((r"directions\[k \+ 2\] \*", "(i % 2 == 0 ? 1.0 : -1.0) * directions[k + 2] *"), None),
+        "x and y exchanged": (
+            (r"\[k\] \* t \+ directions\[k \+ 1\]", "[k + 1] * t + directions[k]"), "samples with x and y exchanged",
+        ),
+        "a larger radius": ((r"way \* reach", "way * 1.3 * reach"), None),
+    },
+    "r3d": SPIRAL | {
+        "5 forgotten": ((r"\(5\.0 /", "(1.0 /"), ("strength", 0.2)),
+        "angles of rows from above": (
+            (r"angles\[p\.y \* size\.x", "angles[(size.y - 1 - p.y) * size.x"), "noise of rows from below",
+        ),
+        "sine downwards": ((r", sin\(theta\)\)", ", -sin(theta))"), "sine down in place of up"),
+        "cut down": ((r"p \+ ivec2\(offset\)", "ivec2(floor(vec2(p) + offset))"), "landing floor in place of truncate"),
+    },
+    "g3d": SPIRAL | {
+        "5 forgotten": ((r"\(5\.0 /", "(1.0 /"), ("intensity", 0.2)),
+        "angles of rows from below": (
+            (r"angles\[p\.y \* size\.x", "angles[(size.y - 1 - p.y) * size.x"), None,
+        ),
+        "turned the other way": ((r"\+ spin", "- spin"), None),
+        "level too low": ((r"- log_q", "- log_q + 1"), "log_q 2 in place of 3"),
+        "edges averaged": ((r"< edge", "< 1e6"), None),
     },
 }  # fmt: skip
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from oracle_scenes import critical_scene, drawn_problems, random_turns, unit
 from random_numbers import Number, RandomView, Renderers, lifted, occlusion, outside, scaled
 
-from lfssao import builtin_scene, find_display, module_views
-from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
+from lfssao import Camera, RayCaster, builtin_scene, find_display, module_views
+from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator, full_parameters
 from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import point_bounds
@@ -58,6 +58,19 @@ _LOOK_UPS = {
 _BY_LOOK_UPS = "point", "oriented-hemisphere", "alchemy", "hbao", "gtao", "visibility-bitmask"
 for _name in _BY_LOOK_UPS:  # all ways in which formulas read a texel
     VARIANTS[_name] |= _LOOK_UPS | {"background": [*VARIANTS[_name].get("background", ["open"]), "cleared"]}
+# Of published shaders whose formulas are their own, on cameras.
+SHADERS = {
+    "threejs-ssao": {"min_distance": [0.005, 0.0], "max_distance": [0.1, 0.02], "filter": ["nearest", "linear"]},
+    "threejs-gtao": {
+        "slices": [1, 3], "steps": [1, 6], "exponent": [1.0, 2.0], "thickness": [4.0, 0.2], "fall_off": [0.0, 1.0],
+        "power": [1.0, 1.5], "border": ["open", "clamp"], "filter": ["nearest", "linear"],
+    },
+    "nvidia-hbao": {
+        "directions": [1, 8], "steps": [1, 4], "reach": [0.5, 1.0], "bias": [0.0, 0.1], "power": [1.0, 1.5],
+        "border": ["open", "clamp", "mirror"],
+    },
+    "babylon-ssao2": {"strength": [1.0, 2.0], "base": [0.0, 0.1], "max_z": [100.0, 4.0], "min_z_aspect": [0.2, 0.05]},
+}  # fmt: skip
 # Factors of errors that are too small: a root of a cancelled difference is off by far more than renderers mostly are.
 TOO_SMALL = {"vo-area": 0.01, "vo-area-normal": 0.01}
 BEFORE = {"oriented-hemisphere": "bias"}
@@ -172,6 +185,29 @@ def weak_counts(name, problems):
 def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small(name):
     """Problems that hypothesis draws depend on the modules that are loaded: too few may notice, then more are drawn."""
     assert any(weak_counts(name, PROBLEMS)) or any(weak_counts(name, 4 * PROBLEMS))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SHADERS)
+def test_no_renderer_of_a_published_shader_leaves_its_bounds(name):
+    """Their points are rebuilt from depth, or their samples fixed in number: on rays through a scene."""
+    mesh, model, noticed = builtin_scene("corner"), find_model("shader"), 0
+    view = Camera.looking_at(mesh.bounds).view(16, 12)
+    gbuffer = RayCaster(mesh, view.cast_from_world).gbuffer(view, normals="geometric")
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        chosen = {key: rng.choice(values) for key, values in SHADERS[name].items()}
+        options = full_parameters(find_estimator(name), {key: value.item() for key, value in chosen.items()})
+        turns = rng.normal(size=(2 + find_estimator(name).vectors, view.height, view.width)).astype(np.float32)
+        seen = replace(Buffers.of(gbuffer, view), turns=turns / np.float32(8) if name == "babylon-ssao2" else turns)
+        samples = rng.uniform(-1, 1, (16, 3))
+        made = renderers(rng, name, model, options, 0.4, seen, samples)
+        points, weights = points_of(name, samples)
+        found, weak = (point_bounds(name, seen, 0.4, points, weights, options, m) for m in (model, scaled(model, 0.25)))
+        assert not found.outside(estimate(name, seen, 0.4, points, weights, **options).texture).any()
+        assert outside(made, found) == 0
+        noticed += outside(made, weak) > 0
+    assert noticed
 
 
 @pytest.mark.parametrize("name", ["alchemy", "hbao"])

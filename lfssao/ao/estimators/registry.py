@@ -33,7 +33,13 @@ _FAMILIES: dict[str, tuple[str, ...]] = {
 
 
 # Estimators that are formulas of one published shader (``published``): they are found, and not listed.
-_SHADERS = {"threejs-ssao": "shaders.threejs_ssao", "sascha-willems": "shaders.sascha_willems"}
+_SHADERS = {
+    "threejs-ssao": "shaders.threejs_ssao",
+    "sascha-willems": "shaders.sascha_willems",
+    "threejs-gtao": "shaders.threejs_gtao",
+    "nvidia-hbao": "shaders.nvidia_hbao",
+    "babylon-ssao2": "shaders.babylon_ssao2",
+}
 
 
 class _Registry(UserDict[str, Any]):

@@ -30,6 +30,13 @@ FEW = 64  # rows of a texture: threads would take longer to begin, which is half
 _BANDS_A_THREAD = 4  # bands that are slow do not leave a thread without work
 
 
+def compiled_sources() -> list[Path]:
+    """Return the files of all kernels and formulas: those of ``core``, of folders ``kernels`` and of estimators."""
+    package = _CORE.parent
+    formulas = (package / "ao" / "estimators").rglob("*.py")
+    return sorted({*_CORE.glob("*.py"), *package.rglob("kernels/*.py"), *formulas})
+
+
 @functools.cache
 def source_digest() -> str:
     """SHA-256 over the sources of all kernels and formulas, the key of their compiled code on disk.
@@ -38,9 +45,7 @@ def source_digest() -> str:
     callee in another file it would go on running the old code.
     """
     digest = hashlib.sha256()
-    package = _CORE.parent
-    formulas = package.rglob("estimators/*.py")
-    for path in sorted([*_CORE.glob("*.py"), *package.rglob("kernels/*.py"), *formulas]):
+    for path in compiled_sources():
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
 

@@ -138,7 +138,7 @@ def three_gtao(buffers: Buffers, radius: float, points: None, weights: None, opt
         steps=options.steps,
         sides=1,
         radius=kind(radius),
-        thickness=kind(cast_length(buffers.view, options.thickness)),
+        thickness=kind(cast_length(buffers.view, options.thickness * float(radius))),
         fall_off=kind(options.fall_off),
         exponent=options.exponent,
         power=options.power,

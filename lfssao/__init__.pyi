@@ -1,4 +1,5 @@
 from .ao import reference
+from .ao.bent import bent_normals
 from .ao.estimators.own import read_estimator
 from .ao.estimators.registry import estimate
 from .ao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
@@ -27,9 +28,9 @@ __version__: str
 __all__ = [
     "Buffers", "Camera", "Display", "GBuffer", "GroundTruth", "InputError", "LfssaoError", "LightField", "Mesh",
     "MissingPackageError", "Module", "Occluders", "Occlusion", "Paint", "Part", "Photograph", "RayCaster", "Report",
-    "Settings", "Textures", "View", "WorldToImage", "algorithm1", "algorithm2", "blur", "builtin_scene", "compare",
-    "default_radii", "display_names", "display_text", "estimate", "eye_point", "eye_range", "eye_view",
-    "find_display", "find_scene", "fit_roi", "load_scene", "make_samples", "merge", "module_views", "parse_display",
-    "ray_cast_occlusion", "read_estimator", "read_exr", "reference", "render", "render_view", "shade", "square_points",
-    "write_exr",
+    "Settings", "Textures", "View", "WorldToImage", "algorithm1", "algorithm2", "bent_normals", "blur",
+    "builtin_scene", "compare", "default_radii", "display_names", "display_text", "estimate", "eye_point", "eye_range",
+    "eye_view", "find_display", "find_scene", "fit_roi", "load_scene", "make_samples", "merge", "module_views",
+    "parse_display", "ray_cast_occlusion", "read_estimator", "read_exr", "reference", "render", "render_view", "shade",
+    "square_points", "write_exr",
 ]  # fmt: skip

@@ -24,7 +24,7 @@ the same, but hits are decided in float32, about the middle of the mesh: that ta
 otherwise than in the tree, and on other processors.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -37,6 +37,7 @@ from lfssao.ao.kernels import truth
 from lfssao.ao.kernels.truth import Begun, Cast
 from lfssao.ao.ssao import check_radius
 from lfssao.ao.textures import Buffers
+from lfssao.core.affine import unit_vectors
 from lfssao.core.arguments import as_number, check_seed, check_whole
 from lfssao.core.threads import in_chunks
 from lfssao.errors import InputError, check_choice, check_type, shown
@@ -68,6 +69,9 @@ class GroundTruth:
         Its standard error, from the spread of the rounds' means; 0 where all rounds agree.
     rays : (H, W) int64
         Number of rays that each texel has cast.
+    bent : (H, W, 3) float64 or None
+        Bent normals if they were asked for: unit vectors in world space of the mean of the rays' directions, each times
+        its visibility; 0 where there is no surface, no normal or no light.
 
     Examples
     --------
@@ -82,6 +86,7 @@ class GroundTruth:
     texture: NDArray[np.float64]
     error: NDArray[np.float64]
     rays: NDArray[np.int64]
+    bent: NDArray[np.float64] | None = None
 
 
 class Occluders:
@@ -116,6 +121,7 @@ def ray_cast_occlusion(
     offset: float = 1e-3,
     seed: int = 0,
     intersector: str = "tree",
+    bent: bool = False,
 ) -> GroundTruth:
     """Ambient occlusion of one view by rays through the mesh, with its standard error.
 
@@ -151,6 +157,8 @@ def ray_cast_occlusion(
     intersector : str
         Finder of the triangles that rays hit: 'tree', our own in float64, with equal bits on every machine; 'embree',
         in float32: no promise of bits, and rays have to begin 5e-7 of the mesh's size off the surface or more.
+    bent : bool
+        Whether to make bent normals, too (``lfssao.ao.bent``).
 
     Raises
     ------
@@ -197,28 +205,37 @@ def ray_cast_occlusion(
     positions, normals = (np.ascontiguousarray(a).reshape(-1, 3) for a in (buffers.positions, buffers.normals))
     seen, shape = np.flatnonzero(buffers.depth < np.inf), buffers.depth.shape
     made = GroundTruth(np.zeros(shape), np.zeros(shape), np.zeros(shape, np.int64))
+    open_sums = np.zeros((*shape, 3)) if bent else None
 
     def work(start: int, stop: int) -> None:
         n = stop - start
         begun = Begun(np.empty(n, np.int64), np.empty((n, 3)), np.empty((n, 3, 3)))
         n = truth.begin_texels(seen[start:stop], positions, normals, cast.step, begun)
-        found = _rounds(scene, cast, begun, n)
+        sums = np.zeros((n, 3)) if bent else None
+        found = _rounds(scene, cast, begun, n, sums)
         for texture, values in zip((made.texture, made.error, made.rays), found, strict=True):
             texture.reshape(-1)[begun.texels[:n]] = values
+        if open_sums is not None:
+            open_sums.reshape(-1, 3)[begun.texels[:n]] = sums
 
     in_chunks(work, len(seen), max(_BATCH // strata**2, 1), numba.get_num_threads())
-    return made
+    return made if open_sums is None else replace(made, bent=unit_vectors(open_sums))
 
 
 def _rounds(
-    scene: TriangleTree | CentredScene, cast: Cast, begun: Begun, n: int
+    scene: TriangleTree | CentredScene, cast: Cast, begun: Begun, n: int, sums: NDArray[np.float64] | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Cast rounds from the first n texels until each is done: occlusion, standard error and rays, (n,) each."""
+    """Cast rounds from the first n texels until each is done: occlusion, standard error and rays, (n,) each.
+
+    sums: (n, 3), in and out, of the rays' directions, each times its visibility; None where nobody asks.
+    """
     totals, squares, errors, done = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, np.int64)
     chosen, number = np.arange(n), 0
     while len(chosen) and number < cast.most:
         distances, far = _distances(scene, cast, begun, chosen, number)
         truth.add_round(chosen, number, cast.strata, distances, far, cast.falloff, totals, squares, errors)
+        if sums is not None:
+            truth.add_directions(chosen, begun, number, cast, distances, far, sums)
         number += 1
         done[chosen] = number
         if number >= cast.least:

@@ -21,7 +21,7 @@ from lfssao.rendering.image_file import ImagePart, Margins, Size, guard_of, read
 from lfssao.rendering.manifest import FORMAT, describe_machine, describe_settings
 from lfssao.rendering.output import entry_of, exr_parts, write_manifest
 from lfssao.rendering.passes import finish_view
-from lfssao.rendering.settings import LAYERS
+from lfssao.rendering.settings import ASKED, LAYERS
 from lfssao.rendering.view_file import read_description
 from lfssao.verify.compare.layers import Layer, Matcher, layers_of
 
@@ -34,6 +34,7 @@ _TEXTURES = {
 }
 _MAP = """a layer or channel of the files is the layer or channel of an option, as in ViewLayer.Normal=normals; may be
     given several times"""
+_LAYERS = f"write only these of {', '.join(LAYERS)} (default: all that there are, but bent)"
 _FILE: dict[str, Any] = {"type": Path, "metavar": "FILE"}
 _FEW = 6  # channels of a layer that a sentence names
 _BUFFERS = "how they were seen and what they hold: a .toml file (see below), or a folder that 'lfssao render' wrote"
@@ -58,13 +59,13 @@ def add_to(ao: argparse.ArgumentParser) -> None:
     several: dict[str, Any] = {"type": lambda text: tuple(map(values.radius, text.split(","))), "metavar": "R,R,..."}
     add("--radii", **several, required=True, help="radii of the sampling ball, world units")
     add_ao_options(ao)
+    add("--layers", type=lambda text: tuple(text.split(",")), metavar="NAME,...", help=_LAYERS)
     add("-o", "--output", type=Path, required=True, metavar="DIR", help="folder to write to; made if not there")
 
 
 def _ao(options: argparse.Namespace) -> None:
     given: dict[str, Path] = {name: getattr(options, name) for name in _TEXTURES if getattr(options, name) is not None}
-    left_out = {"color", "shaded"} if "image" not in given else set()
-    layers = tuple(name for name in LAYERS if name not in left_out)
+    layers = _layers(options.layers, given)
     kind = "geometric" if "normals" in given else None
     rules = {layer: mine for mine, layer in values.pairs("--map", options.map, "MINE=LAYER", 1)}
     for name in rules:
@@ -103,6 +104,16 @@ def _ao(options: argparse.Namespace) -> None:
         entry = {**entry_of(buffers.view, target, parts, made.seconds), "name": target.stem, "rows": said.rows}
         write_manifest(options.output, {**head, "views": [entry]}, settings)
     print(printable(str(target)), flush=True)
+
+
+def _layers(asked: tuple[str, ...] | None, given: Mapping[str, Path]) -> tuple[str, ...]:
+    """The layers to write; InputError if one is asked for whose texture is not given."""
+    needs = {"color": "image", "shaded": "image", "normals": "normals"}
+    missing = {layer: name for layer, name in needs.items() if name not in given}
+    for name in asked or ():
+        if name in missing:
+            raise InputError(f"--layers: {name} needs a texture that is not given: --{missing[name]} FILE")
+    return asked or tuple(name for name in LAYERS if name not in (*ASKED, *missing))
 
 
 def _read(

@@ -99,6 +99,7 @@ def _line(estimator: Estimator) -> str:
     many = f"{estimator.count} sample{'s' * (estimator.count != 1)}"
     facts = [many] if estimator.samples is not None else []
     facts += ["normals"] if estimator.normals else []
+    facts += ["has bent normals"] if estimator.bent else []
     for name, default in estimator.parameters.items():
         choices = estimator.said("choices").get(name, ())
         note = "|".join(choices) + ", " if choices else ""

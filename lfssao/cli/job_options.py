@@ -71,7 +71,7 @@ _HELP = {
     "--filter": "how the mesh's colour textures are read: bilinear or nearest (default: bilinear)",
     "--normals": "write world normals too: geometric (default) or smooth, from the mesh's vertices where it has them",
     "--layers": f"keep and write only these of {', '.join(LAYERS)}, and compute only what they need "
-    "(default: all, normals with --normals)",
+    "(default: all but bent, the bent normals of gtao and visibility-bitmask; normals with --normals)",
     "--caster": "what picks each ray's first triangle: exact, with equal bits everywhere, or embree, Embree's own "
     "float32 answers, to show where they differ (default: exact)",
     "--threads": "threads, at most one for each core (default)",
@@ -160,7 +160,8 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     boxes = [mesh.bounds] if transforms is None else frame_bounds(mesh, transforms)
     views, neighbours = _views(options, mesh, display, swept_bounds(boxes))
     for width, height in {(view.width, view.height) for view in views}:
-        check_memory(width, height, len(settings.radii), find_estimator(settings.estimator).texel_bytes)
+        texel_bytes, bent = find_estimator(settings.estimator).texel_bytes, "bent" in settings.kept
+        check_memory(width, height, len(settings.radii), texel_bytes, bent)
     doubts.warn(doubts.of_display(display))
     doubts.warn(doubts.of_radii(mesh, views, settings, boxes))
     head = {

@@ -39,7 +39,7 @@ def _plan(options: argparse.Namespace) -> None:
         renderer.textures(item)  # compiles or loads the kernels
         textures = renderer.textures(item)
         ao, all_ao = plan.ao_seconds(textures, job.settings, renderer.adjacent(item))
-    passes = sum(textures.seconds.get(name, 0.0) for name in ("ray_cast", "ao", "merge", "blur", "shade"))
+    passes = sum(textures.seconds.get(name, 0.0) for name in ("ray_cast", "ao", "bent", "merge", "blur", "shade"))
     left = plan.planned(job.views, job.boxes, job.settings, job.mesh.paint is not None)
     of_view = plan.background(job.settings, view.width * view.height, textures.surface_texels)
     if options.json:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from functools import reduce
 from operator import add
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -54,6 +55,15 @@ def invert_affine(affine: ArrayLike) -> Matrix:
         raise ZeroDivisionError("the affine map is singular")
     linear = cofactors(m).T / size
     return np.hstack([linear, -multiply(linear, m[:, 3:])])
+
+
+def unit_vectors(vectors: NDArray[Any]) -> NDArray[Any]:
+    """Vectors, (..., 3), over their lengths, in their dtype; 0 where a length is 0 or no number."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    with np.errstate(all="ignore"):
+        length = np.sqrt((x * x + y * y) + z * z)[..., None]
+    there = (length > 0) & (length < np.inf)
+    return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=there))
 
 
 def sum_in_order(values: Iterable[float]) -> float:

@@ -14,7 +14,7 @@ from numba import types
 from numba.extending import overload
 
 from lfssao.core.balls import SAFETY, UNKNOWN, ball, ball_between
-from lfssao.core.doubts import doubt
+from lfssao.core.doubts import Doubt, doubt
 from lfssao.core.numbers import INLINED, FloatType, formula, number, plain, select, struct
 
 MOST = 32  # sectors
@@ -63,6 +63,11 @@ def joined(x: Any, y: Any) -> Any:
     return x | y
 
 
+def sector_is_set(x: Any, k: Any) -> Any:
+    """Whether a sector is set, by its number."""
+    return (x >> k) & 1 != 0
+
+
 def sector_count(x: Any, like: Any) -> Any:
     """Return how many sectors are set, a number of the kind of another."""
     return number(x.sector_count() if hasattr(x, "sector_count") else _bits(x), like)
@@ -103,6 +108,13 @@ def _joined(x, y):
     if x == y == sectors:
         return lambda x, y: Sectors(np.uint32(x.must | y.must), np.uint32(x.may | y.may))
     return (lambda x, y: np.uint32(x | y)) if isinstance(x, types.Integer) else None
+
+
+@overload(sector_is_set, jit_options=INLINED)
+def _sector_is_set(x, k):
+    if x == sectors:
+        return lambda x, k: Doubt((x.may >> k) & 1 != 0, (x.must >> k) & 1 != 0)
+    return (lambda x, k: (x >> k) & 1 != 0) if isinstance(x, types.Integer) else None
 
 
 @overload(sector_count, jit_options=INLINED)

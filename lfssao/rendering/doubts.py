@@ -56,7 +56,7 @@ def _lengths(display: Display) -> Iterator[tuple[str, float]]:
 
 def of_radii(mesh: Mesh, views: Sequence[View], settings: Settings, boxes: Sequence[Box]) -> Iterator[str]:
     """Radii that reach across the scene, or not to the next texel; ``boxes`` are the scene's in each frame, (2, 3)."""
-    radii, size = settings.radii if "ao" in settings.computed else (), diagonal(mesh)
+    radii, size = settings.radii if {"ao", "bent"} & set(settings.computed) else (), diagonal(mesh)
     large = [f"{radius:g}" for radius in radii if radius > 0.5 * size]
     if large:
         named, wanted = _named("radius", "radii", large), ", ".join(f"{name} %" for name in large)

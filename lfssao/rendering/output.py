@@ -53,8 +53,9 @@ def exr_parts(textures: Textures) -> list[Part]:
     """The layers of one view that are kept as the parts of an EXR file, the shaded image first: viewers show part 0.
 
     Channels: R G B (shaded); Z (depth); P.X P.Y P.Z (world position); color.R color.G color.B; ao_K.AO for radius K,
-    merged.AO, blurred.AO; N.X N.Y N.Z (world normals) if asked for. AO is occlusion everywhere, and the metadata says
-    so. Depth, positions, colour and normals keep the guard band, as a data window larger than the display window.
+    merged.AO, blurred.AO; N.X N.Y N.Z (world normals) and bent_K.X bent_K.Y bent_K.Z (bent normals) if asked for. AO is
+    occlusion everywhere, and the metadata says so. Depth, positions, colour and normals keep the guard band, as a data
+    window larger than the display window.
     """
     gbuffer, guard, settings = textures.gbuffer, textures.view.guard, textures.settings
     depth, world, occlusion = {"depth": textures.view.depth_kind}, {"space": "world"}, {"AO": _OCCLUSION}
@@ -69,6 +70,9 @@ def exr_parts(textures: Textures) -> list[Part]:
         # As text: EXR's numbers are 32 bits wide.
         of_radius = {"radius": float(settings.radii[k]), "outside": str(textures.outside[k])}
         layers.append((f"ao_{k + 1}", f"ao_{k + 1}.AO", texture, occlusion | of_radius, 0))
+    for k, bent in enumerate(textures.bent):
+        name, of_radius = f"bent_{k + 1}", {"radius": float(settings.radii[k])}
+        layers.append((name, f"{name}.X {name}.Y {name}.Z", bent, world | of_radius, 0))
     layers.append(("merged", "merged.AO", textures.merged, occlusion, 0))
     layers.append(("blurred", "blurred.AO", textures.blurred, occlusion | {"sigma": float(settings.blur)}, 0))
     # Zip would make these 3 to 8 % smaller, and the default job 0.4 s slower. White ones have three equal channels.

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import post
+from lfssao.ao.bent import bent_normals
 from lfssao.ao.estimators.registry import estimate_radii
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Neighbour
@@ -35,7 +36,7 @@ Made = TypeVar("Made")
 # Estimators that count samples behind a surface, of texels with a surface alone: at radius 0 all have one outcome.
 COUNTING = "lf", "lf-neighbours"
 
-_LAYER_OF = {"ao": "ao", "merge": "merged", "blur": "blurred", "shade": "shaded"}
+_LAYER_OF = {"ao": "ao", "bent": "bent", "merge": "merged", "blur": "blurred", "shade": "shaded"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +64,8 @@ class Textures:
         What they were made by; its ``kept`` says which layers are here.
     seconds : dict
         Wall time of each pass; the first call of a kernel after an install includes compiling it.
+    bent : tuple of (H, W, 3) float32
+        Bent normals, one texture a radius; empty where they are not kept.
 
     Examples
     --------
@@ -81,6 +84,7 @@ class Textures:
     surface_texels: int
     settings: Settings
     seconds: dict[str, float]
+    bent: tuple[FloatTexture, ...] = ()
 
     @property
     def layers(self) -> tuple[str, ...]:
@@ -153,6 +157,7 @@ def finish_view(
     zero, black = np.zeros(size, np.float32), np.zeros((*size, 3), np.float32)
     unoccluded = [Occlusion(zero, 0)] * len(settings.radii)
     ao = run("ao", lambda: occlusions(Buffers.of(gbuffer, view, neighbours), settings), unoccluded)
+    bent = run("bent", lambda: bent_normals_of(Buffers.of(gbuffer, view, neighbours), settings), [black] * len(ao))
     merged = run("merge", lambda: post.merge([each.texture for each in ao]), zero)
     blurred = run("blur", lambda: post.blur(merged, settings.blur), zero)
     color = gbuffer.color  # a mesh without colour is white
@@ -170,6 +175,7 @@ def finish_view(
         surface_texels=surface_texels,
         settings=settings,
         seconds=seconds,
+        bent=tuple(without_guard(each, view.guard) for each in bent) if "bent" in kept else (),
     )
 
 
@@ -182,13 +188,7 @@ def _timed(seconds: dict[str, float], name: str, work: Callable[[], Made]) -> Ma
 
 def occlusions(buffers: Buffers, settings: Settings) -> list[Occlusion]:
     """Occlusion of each radius: equal radii are computed once, and one sample stands for all of radius 0."""
-    rotation, depth = settings.rotation, buffers.depth
-    if isinstance(rotation, np.ndarray):
-        height, width = depth.shape
-        buffers = replace(buffers, turns=noise_turns(rotation, height, width, depth.dtype))
-    elif rotation not in (None, "none"):
-        buffers = buffers.turned(rotation, settings.rotation_seed)
-    radii = list(dict.fromkeys(settings.radii))
+    buffers, radii = _turned(buffers, settings), list(dict.fromkeys(settings.radii))
     found: dict[float, Occlusion] = {}
     if settings.estimator in COUNTING and settings.samples is not None and 0.0 in radii:
         radii.remove(0.0)
@@ -197,6 +197,21 @@ def occlusions(buffers: Buffers, settings: Settings) -> list[Occlusion]:
     if radii:
         found |= zip(radii, _estimate(buffers, radii, settings), strict=True)
     return [found[radius] for radius in settings.radii]
+
+
+def bent_normals_of(buffers: Buffers, settings: Settings) -> list[FloatTexture]:
+    """Bent normals of each radius: equal radii are computed once."""
+    buffers, options = _turned(buffers, settings), {**settings.parameters, "units": settings.units}
+    found = {radius: bent_normals(settings.estimator, buffers, radius, **options) for radius in set(settings.radii)}
+    return [found[radius] for radius in settings.radii]
+
+
+def _turned(buffers: Buffers, settings: Settings) -> Buffers:
+    """The same with the turns of the settings' rotation."""
+    rotation, (height, width) = settings.rotation, buffers.depth.shape
+    if isinstance(rotation, np.ndarray):
+        return replace(buffers, turns=noise_turns(rotation, height, width, buffers.depth.dtype))
+    return buffers if rotation in (None, "none") else buffers.turned(rotation, settings.rotation_seed)
 
 
 def _estimate(buffers: Buffers, radii: Sequence[float], settings: Settings) -> list[Occlusion]:

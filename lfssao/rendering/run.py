@@ -82,20 +82,23 @@ def run(
             write_animation(job.folder / output.ANIMATION, pictures)
 
 
-def check_memory(width: int, height: int, radius_count: int, texel_bytes: int) -> None:
+def check_memory(width: int, height: int, radius_count: int, texel_bytes: int, bent: bool = False) -> None:
     """Refuse (InputError) a texture, its guard band included, that is too large for int32 numbers or for memory."""
     texels = width * height
     if texels > MOST_TEXELS:
         raise InputError(f"resolution {width}x{height}: a texture has at most {MOST_TEXELS} texels")
     passes = f"resolution {width}x{height}: the passes of one texture and {radius_count} radii"
-    check_available(passes, needed_memory(texels, radius_count, texel_bytes))
+    check_available(passes, needed_memory(texels, radius_count, texel_bytes, bent))
 
 
-def needed_memory(texels: int, radius_count: int, texel_bytes: int) -> int:
-    """Bytes that one view takes, from its ray cast to its file; ``texel_bytes`` is the estimator's."""
+def needed_memory(texels: int, radius_count: int, texel_bytes: int, bent: bool = False) -> int:
+    """Bytes that one view takes, from its ray cast to its file; ``texel_bytes`` is the estimator's.
+
+    bent: whether bent normals, three numbers a radius, are kept.
+    """
     # Peaks, measured at 12 and 48 million texels with 5 and with 40 radii: shading and writing take 108 bytes a texel,
     # the estimate of the last radius 40 and the estimator's own, next to the textures of the other radii.
-    return texels * (4 * radius_count + max(108, 40 + texel_bytes))
+    return texels * ((16 if bent else 4) * radius_count + max(108, 40 + texel_bytes))
 
 
 def _views_at_once(job: Job, most: int) -> int:
@@ -104,7 +107,8 @@ def _views_at_once(job: Job, most: int) -> int:
     if available is None:
         return most
     radius_count, texel_bytes = len(job.settings.radii), find_estimator(job.settings.estimator).texel_bytes
-    needed = max(needed_memory(view.width * view.height, radius_count, texel_bytes) for view in job.views)
+    known = radius_count, texel_bytes, "bent" in job.settings.kept
+    needed = max(needed_memory(view.width * view.height, *known) for view in job.views)
     return max(1, min(most, available // needed))
 
 

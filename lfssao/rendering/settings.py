@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from lfssao.ao import post
 from lfssao.ao.estimators.estimator import UNITS, Estimator, Value
-from lfssao.ao.estimators.registry import check_samples, check_turning, find_estimator, full_parameters
+from lfssao.ao.estimators.registry import (
+    check_bent,
+    check_samples,
+    check_turning,
+    find_estimator,
+    full_parameters,
+)
 from lfssao.ao.ssao import check_radius
 from lfssao.core.arguments import check_seed, check_whole
 from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
@@ -24,9 +30,16 @@ from lfssao.scene.mesh import Mesh
 # LF merges five radii and does not print them: fractions of the scene's diagonal, each 1.6 to 2 times the last.
 DEFAULT_RADII = (0.01, 0.02, 0.035, 0.06, 0.1)
 
-# All textures of a view, in the order in which they are made.
-LAYERS = ("depth", "positions", "color", "normals", "ao", "merged", "blurred", "shaded")
-_READS = {"ao": ("positions",), "merged": ("ao",), "blurred": ("merged",), "shaded": ("color", "blurred")}
+# All textures of a view, in the order in which they are made, and those that are made where they are asked for alone.
+LAYERS = ("depth", "positions", "color", "normals", "ao", "bent", "merged", "blurred", "shaded")
+ASKED = ("bent",)
+_READS = {
+    "ao": ("positions",),
+    "bent": ("positions",),
+    "merged": ("ao",),
+    "blurred": ("merged",),
+    "shaded": ("color", "blurred"),
+}
 
 
 def diagonal(mesh: Mesh) -> float:
@@ -87,8 +100,8 @@ class Settings:
     rotation_seed : int
         Seed of the rotation 'hash', 0 to 2**64 - 1.
     layers : tuple of str, or None
-        Which of ``LAYERS`` are kept, 'ao' for those of all radii; what none of them reads is not computed. None: all,
-        normals if ``normals`` names a kind.
+        Which of ``LAYERS`` are kept, 'ao' and 'bent' for those of all radii; what none of them reads is not computed.
+        None: all but bent, normals if ``normals`` names a kind.
 
     Examples
     --------
@@ -126,6 +139,9 @@ class Settings:
         if self.neighbours and self.estimator == "lf":
             object.__setattr__(self, "estimator", "lf-neighbours")
         estimator = find_estimator(self.estimator)
+        if "bent" in (self.layers or ()):
+            with errors_of("layers"):
+                check_bent(estimator)
         if estimator.neighbours != (self.neighbours > 0):
             refused = f"neighbours are for estimator lf, not for {self.estimator}"
             missing = f"estimator {self.estimator} asks other modules: neighbours must be at least 1"
@@ -179,7 +195,7 @@ class Settings:
     @property
     def kept(self) -> tuple[str, ...]:
         """The layers that are kept, in the order of ``LAYERS``."""
-        wanted = LAYERS if self.layers is None else self.layers
+        wanted = set(LAYERS) - set(ASKED) if self.layers is None else self.layers
         return tuple(name for name in LAYERS if name in wanted and (name != "normals" or self.normals is not None))
 
     @property
@@ -189,6 +205,6 @@ class Settings:
         for name in reversed(LAYERS):
             if name in needed:
                 needed.update(_READS.get(name, ()))
-        if "ao" in needed and self._reads_normals:
+        if not needed.isdisjoint(("ao", "bent")) and self._reads_normals:
             needed.add("normals")
         return tuple(name for name in LAYERS if name in needed)

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from lfssao import InputError, Settings, default_radii
-from lfssao.rendering.settings import LAYERS
+from lfssao.rendering.settings import ASKED
+from lfssao.rendering.settings import LAYERS as ALL
+
+LAYERS = tuple(name for name in ALL if name not in ASKED)
 
 
 def test_layers_that_are_kept_and_normals_that_they_need():
@@ -13,6 +16,7 @@ def test_layers_that_are_kept_and_normals_that_they_need():
     assert Settings((0.1,), estimator="hbao").kept == LAYERS
     assert Settings((0.1,), estimator="sao", parameters={"normals": "buffer"}).kept == LAYERS
     assert "normals" not in Settings((0.1,), estimator="sao").kept
+    assert ASKED == ("bent",)
     asked = Settings((0.1,), layers=("shaded", "normals", "shaded"))
     assert asked.kept == ("normals", "shaded")
     assert asked.normals == "geometric"

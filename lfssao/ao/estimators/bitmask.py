@@ -19,6 +19,10 @@ plane, convex crease, top of a step or a sphere  0 of any number of slices
 a horizon at the angle h on all sides, n = 0     1 - 2 h / pi uniform, 1 - sin h cosine
 ===============================================  ==========================================
 
+The bent normal sums the directions of the middles of open sectors, each weighted by N (uniform: 1) and by the solid
+angle that it stands for: without that a tilted plane's would lean to the viewer. One sector alone has none of a plane
+that faces the viewer.
+
 A thickness of 0 hides nothing. Each sector's bit is the same in all renderers but for angles within rounding of a
 sector's edge: there intervals are as wide as the sectors are.
 """
@@ -29,21 +33,34 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, option
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, option
 from lfssao.ao.estimators.horizon import disk_around, on_disk
 from lfssao.ao.estimators.slices import (
     SliceOptions,
     in_common,
+    in_side,
     occlusion_of,
     part_of_step,
     polynomial_angle,
     tilt,
+    with_axes,
 )
 from lfssao.ao.formulas import ZENITH, fold_formulas
 from lfssao.ao.textures import Buffers
-from lfssao.core.elementary import PI
-from lfssao.core.numbers import formula, larger, rounded, select, smaller, unless_none, within
-from lfssao.core.sectors import MOST, joined, no_sectors, sector_count, sectors_between
+from lfssao.core.elementary import PI, sincospi
+from lfssao.core.numbers import (
+    formula,
+    larger,
+    number,
+    rounded,
+    select,
+    smaller,
+    spread_of,
+    unless_none,
+    where_none,
+    within,
+)
+from lfssao.core.sectors import MOST, joined, no_sectors, sector_count, sector_is_set, sectors_between
 from lfssao.core.vectors import dot
 
 
@@ -62,7 +79,8 @@ class Bitmask(NamedTuple):
     """Slices and sectors, as of ``slices.in_common``.
 
     sides: 2, which share a slice's bits. thickness: world units. angles: True for sectors of equal angles, None for
-    those of equal sines. touched: whether sectors are set by that rule.
+    those of equal sines. touched: whether sectors are set by that rule. middles: (sectors, 2), cosine and sine of the
+    angles of sectors' middles from the normal's part in the slice.
     """
 
     points: Any
@@ -78,12 +96,14 @@ class Bitmask(NamedTuple):
     sectors: int
     angles: Any
     touched: bool
+    middles: Any
     exact: bool
     exponent: float
+    axis: Any = None
 
     def start(self, view: Any, texel: Any) -> Any:
         """P, w, the images of P, R e and R f, and the normal along e, f and -w."""
-        return disk_around(self, view, texel)
+        return with_axes(self, view, texel, disk_around(self, view, texel))
 
     def counts(self, view: Any, here: Any) -> Any:
         """Whether there is a radius."""
@@ -116,12 +136,31 @@ class Bitmask(NamedTuple):
         return 0, select(near, joined(state, added), state)
 
     def leave(self, view: Any, here: Any, s: Any, state: Any) -> Any:
-        """The part of a slice's sectors that are not set."""
-        return 1 - sector_count(state, here[3][2]) / self.sectors
+        """The part of a slice's sectors that are not set. Along an axis, of B."""
+        return unless_none(self.axis, 1 - sector_count(state, here[3][2]) / self.sectors, _open, (self, here, s, state))
 
     def end(self, total: Any) -> Any:
         """1 - visibility^power, of the mean over the slices."""
         return occlusion_of(self, total)
+
+
+@formula
+def _open(axis: Any, slices: Any, here: Any, s: Any, state: Any) -> Any:
+    """The part of B of a slice, over its width; s: its second side, from which sectors are counted backwards.
+
+    The middle of a sector at the angle a from the normal has |sin t| = |cos a sin n - sin a cos n|. Renderers may sum
+    sectors in any order.
+    """
+    (across, ahead), towards, (e, length) = in_side(slices, here, s), here[3][2], tilt(slices, here[3], s)
+    upward, aside = (towards * ahead + e * across) / length, (towards * across - e * ahead) / length
+    total, size = number(0, length), number(0, length)
+    for k in range(slices.sectors):
+        c, d = slices.middles[k, 0], slices.middles[k, 1]
+        made = rounded(abs(c * e - d * towards) * (c * upward - d * aside), 4, length)
+        term = select(sector_is_set(state, k), 0, made)
+        total, size = total + term, size + abs(term)
+    total = total + spread_of(rounded(size, slices.sectors, length))
+    return where_none(slices.angles, total, total / length) / slices.sectors
 
 
 @formula
@@ -150,6 +189,14 @@ def _angle_of(exact: Any, view: Any, cosine: Any) -> Any:
     return select(exact, view.arc_cosine(cosine), polynomial_angle(cosine))
 
 
+def sector_middles(sectors: int, uniform: bool) -> FloatArray:
+    """Return cosine and sine of the angles of sectors' middles from the middle of their half circle, (sectors, 2)."""
+    sines = (2 * np.arange(sectors) + 1) / sectors - 1
+    if uniform:
+        return np.array([sincospi(0.5 * part)[::-1] for part in sines.tolist()])
+    return np.stack([np.sqrt(1 - sines * sines), sines], axis=1)
+
+
 def bitmask(buffers: Buffers, radius: float, points: None, weights: None, options: BitmaskOptions) -> Bitmask:
     """Return the formulas' numbers, in the textures' dtype; visibility-bitmask takes no samples."""
     dtype = buffers.depth.dtype
@@ -160,6 +207,7 @@ def bitmask(buffers: Buffers, radius: float, points: None, weights: None, option
         sectors=options.sectors,
         angles=True if options.weighting == "uniform" else None,
         touched=options.rule == "touched",
+        middles=sector_middles(options.sectors, options.weighting == "uniform").astype(dtype),
     )
 
 
@@ -176,6 +224,7 @@ ENTRIES = (
         integrand=("cosine", "constant"),
         converges=False,  # each slice weighs alike
         count=64,
+        bent=True,
         normals=True,
         texel_bytes=24,
         turns=True,

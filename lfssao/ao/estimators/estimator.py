@@ -87,6 +87,9 @@ class Estimator:
     # kept with the view, the most over all views and parameters, turns included.
     texel_bytes: int = 4
     neighbours: bool = False  # whether it reads depth textures of other modules (``Buffers.neighbours``)
+    # Whether its formulas have a field ``axis``: None, or 0 to 2, by which they sum that component of the open
+    # directions (``lfssao.bent_normals``); a direction, or a pair, adds no more than 2.
+    bent: bool = False
     turns: bool = False  # whether its samples may turn from texel to texel (``Buffers.turns``)
     vectors: bool = False  # whether it reads z of noise vectors
     rotation: str = "none"  # how they do by default, a name of ``lfssao.samples.ROTATIONS``

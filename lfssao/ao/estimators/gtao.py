@@ -23,6 +23,12 @@ floor at d before a wall of height h, R = inf    (1 - d / sqrt(d^2 + h^2)) / 2  
 
 They are those of rays with constant falloff (``ao.ground_truth``), as no light passes below a horizon there. Few slices
 make a tilted plane hide or show too much: tilted by 60 degrees up to 0.5 of one slice, 0.05 of two and 0.002 of four.
+
+The bent normal has a closed form, too (as in the paper), of c = cos h, s = sin h and no angle: a side e adds
+
+    (N cos n s^3 + N sin n (1 - c)^2 (2 + c)) / 3 e  +  (N cos n (1 - c^3) + N sin n s^3) / 3 (-w)
+
+and a uniform one (h - s c) / 2 e + s^2 / 2 (-w).
 """
 
 from dataclasses import dataclass
@@ -33,17 +39,29 @@ import numpy as np
 
 from lfssao.ao.estimators.estimator import Estimator, option
 from lfssao.ao.estimators.horizon import disk_around, on_disk
-from lfssao.ao.estimators.slices import SliceOptions, arc, in_common, occlusion_of, part_of_step, polynomial_angle, tilt
+from lfssao.ao.estimators.slices import (
+    SliceOptions,
+    arc,
+    in_common,
+    in_side,
+    occlusion_of,
+    part_of_step,
+    polynomial_angle,
+    tilt,
+    with_axes,
+)
 from lfssao.ao.formulas import ZENITH, fold_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.numbers import (
     alternatives,
+    formula,
     larger,
     least,
     most,
     rounded,
     select,
     smaller,
+    unless_none,
     within,
 )
 from lfssao.core.vectors import dot
@@ -84,10 +102,11 @@ class Arcs(NamedTuple):
     cosine: bool
     exact: bool
     exponent: float
+    axis: Any = None
 
     def start(self, view: Any, texel: Any) -> Any:
         """P, w, the images of P, R e and R f, and the normal along e, f and -w."""
-        return disk_around(self, view, texel)
+        return with_axes(self, view, texel, disk_around(self, view, texel))
 
     def counts(self, view: Any, here: Any) -> Any:
         """Whether there is a radius."""
@@ -120,16 +139,43 @@ class Arcs(NamedTuple):
         return 0, select(near, larger(state, within(horizon, -ZENITH, ZENITH)), state)
 
     def leave(self, view: Any, here: Any, s: Any, state: Any) -> Any:
-        """The visible part of a side, which falls with the cosine: of a ball both ends."""
+        """The visible part of a side, which falls with the cosine: of a ball both ends. Along an axis, of B."""
         cosine, towards, (e, _) = smaller(1, larger(-1, state)), here[3][2], tilt(self, here[3], s)
         low, high = least(cosine), most(cosine)
         exact = alternatives(arc(low, view.arc_cosine(low), towards, e), arc(high, view.arc_cosine(high), towards, e))
         weighted = select(self.exact, exact, arc(cosine, polynomial_angle(cosine), towards, e))
-        return rounded(select(self.cosine, weighted, 0.5 - 0.5 * cosine), 4, weighted)
+        made = rounded(select(self.cosine, weighted, 0.5 - 0.5 * cosine), 4, weighted)
+        return unless_none(self.axis, made, _open, (self, view, here, s, cosine))
 
     def end(self, total: Any) -> Any:
         """1 - visibility^power, of the mean over the slices."""
         return occlusion_of(self, total)
+
+
+@formula
+def _open(axis: Any, arcs: Any, view: Any, here: Any, s: Any, cosine: Any) -> Any:
+    """The part of B of a side: of a ball both ends, as its part along e falls with the cosine.
+
+    That along -w is largest at a cosine of 0.
+    """
+    (across, ahead), low, high = in_side(arcs, here, s), least(cosine), most(cosine)
+    first, last = _parts(arcs, view, here, s, low), _parts(arcs, view, here, s, high)
+    level = _parts(arcs, view, here, s, larger(low, smaller(0, high)))
+    forward = alternatives(alternatives(first[1], last[1]), level[1])
+    return alternatives(first[0], last[0]) * across + forward * ahead
+
+
+@formula
+def _parts(arcs: Any, view: Any, here: Any, s: Any, cosine: Any) -> Any:
+    """The parts of B of a side up to a horizon, along e and -w."""
+    (e, _), towards, square, rest = tilt(arcs, here[3], s), here[3][2], larger(0, 1 - cosine * cosine), 1 - cosine
+    sine, third = np.sqrt(square), 1 / 3
+    cube, near, far = square * sine, (rest * rest) * (2 + cosine), rest * (1 + cosine * (1 + cosine))
+    angle = select(arcs.exact, view.arc_cosine(cosine), polynomial_angle(cosine))
+    across = third * (rounded(cube * towards, 4, sine) + rounded(near * e, 4, sine))
+    ahead = third * (rounded(far * towards, 4, sine) + rounded(cube * e, 4, sine))
+    even = rounded(0.5 * (angle - cosine * sine), 4, sine), rounded(0.5 * square, 4, sine)
+    return select(arcs.cosine, across, even[0]), select(arcs.cosine, ahead, even[1])
 
 
 def arcs(buffers: Buffers, radius: float, points: None, weights: None, options: ArcOptions) -> Arcs:
@@ -156,6 +202,7 @@ ENTRIES = (
         dimensions=0,
         integrand=("cosine", "constant"),
         count=64,
+        bent=True,
         normals=True,
         texel_bytes=24,
         turns=True,

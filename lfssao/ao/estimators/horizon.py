@@ -130,13 +130,20 @@ def disk_around(fan: Any, view: Any, texel: Any) -> Any:
 
     fan: has radius and mirrors as of ``Horizons``.
     """
-    p, w, n, r = view.position(texel), view.direction(texel), view.normal(texel), view.rightward()
+    p, w, n = view.position(texel), view.direction(texel), view.normal(texel)
+    e, f = axes_around(fan, view, texel, w)
+    images = view.at(p), fan.radius * view.along(e), fan.radius * view.along(f)
+    return p, w, images, (dot(n, e), dot(n, f), larger(EDGE_ON, -dot(n, w)))
+
+
+@formula
+def axes_around(fan: Any, view: Any, texel: Any, w: Any) -> Any:
+    """Return e and f of a texel's disk, unit vectors at right angles to its viewing direction w and to each other."""
+    r = view.rightward()
     a = r - dot(r, w) * w
     a = (1 / np.sqrt(dot(a, a))) * a
     b, (c, s) = cross(w, a), _reflected(fan, view, texel)
-    e, f, towards = c * a + s * b, s * a - c * b, larger(EDGE_ON, -dot(n, w))
-    images = view.at(p), fan.radius * view.along(e), fan.radius * view.along(f)
-    return p, w, images, (dot(n, e), dot(n, f), towards)
+    return c * a + s * b, s * a - c * b
 
 
 @formula

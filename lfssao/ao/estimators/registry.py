@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, Value
 from lfssao.ao.ssao import Occlusion, check_radius
 from lfssao.ao.textures import Buffers
 from lfssao.core.arguments import as_numbers
@@ -137,6 +137,19 @@ def estimate_radii(
 ) -> list[Occlusion]:
     """Return ``estimate`` of each of several radii; together they may take less time."""
     estimator = name if isinstance(name, Estimator) else find_estimator(name)
+    options = options_at(estimator, buffers, radii, units, parameters)
+    check_samples(estimator, points, weights)
+    if points is None:
+        points, weights = estimator.default_samples()
+    if estimator.run_radii is not None and len(set(options)) == 1 < len(radii):
+        return estimator.run_radii(buffers, radii, points, weights, options[0])
+    return [estimator.run(buffers, r, points, weights, own) for r, own in zip(radii, options, strict=True)]
+
+
+def options_at(
+    estimator: Estimator, buffers: Buffers, radii: Sequence[float], units: Value, parameters: Mapping[str, Value]
+) -> list[Options]:
+    """Return the options of an estimator at each radius; InputError if it cannot be run on the view with them."""
     check_type("buffers", buffers, Buffers)
     for radius in radii:
         check_radius(radius)
@@ -146,12 +159,14 @@ def estimate_radii(
         raise InputError(f"estimator {estimator.name} reads normals, and there is no normals texture")
     if buffers.turns is not None:
         check_turning(estimator, len(buffers.turns) == 3)
-    check_samples(estimator, points, weights)
-    if points is None:
-        points, weights = estimator.default_samples()
-    if estimator.run_radii is not None and len(set(options)) == 1 < len(radii):
-        return estimator.run_radii(buffers, radii, points, weights, options[0])
-    return [estimator.run(buffers, r, points, weights, own) for r, own in zip(radii, options, strict=True)]
+    return options
+
+
+def check_bent(estimator: Estimator) -> None:
+    """Refuse an estimator, by an InputError, that has no bent normals."""
+    if not estimator.bent:
+        able = ", ".join(name for name, each in ESTIMATORS.items() if each.bent)
+        raise InputError(f"estimator {estimator.name} has no bent normals: choose one of {able}")
 
 
 def check_turning(estimator: Estimator, vectors: bool = False) -> None:

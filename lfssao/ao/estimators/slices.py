@@ -5,6 +5,10 @@ texel to texel as the directions of ``hbao`` do. Each has two sides, e_k and -e_
 On a side angles count from the direction to the viewer, -w. The normal's part in the slice has the length N and the
 angle n: N cos n is its part along -w, which is held above 0, N sin n that along e_k. So n is less than pi / 2; the
 other side's is -n.
+
+Bent normals (``lfssao.bent_normals``) are made of the same steps. With an axis of the world, 0 to 2, a tuple of numbers
+sums that component of B, the integral of V W omega over the directions omega, V their visibility, W their weight: N
+cos(t - n) of the angle t, or 1. A slice's directions have the solid angle |sin t| dt.
 """
 
 from dataclasses import dataclass
@@ -13,10 +17,21 @@ from typing import Any
 import numpy as np
 
 from lfssao.ao.estimators.estimator import FloatArray, option
+from lfssao.ao.estimators.horizon import axes_around
 from lfssao.ao.estimators.look_ups import LookUps
 from lfssao.ao.estimators.vo.local_frame import TILE, disk_mirrors
 from lfssao.core.elementary import PI, sincospi
-from lfssao.core.numbers import formula, larger, number, power, rounded, select, smaller
+from lfssao.core.numbers import (
+    formula,
+    larger,
+    number,
+    power,
+    rounded,
+    select,
+    smaller,
+    unless_none,
+    where_none,
+)
 
 # Lagarde 2014, 'Inverse trigonometric functions GPU optimization for AMD GCN architecture', of degree 1: within 0.0091.
 _SLOPE = -0.156583
@@ -79,9 +94,35 @@ def arc(cosine: Any, h: Any, towards: Any, e: Any) -> Any:
 
 @formula
 def occlusion_of(slices: Any, total: Any) -> Any:
-    """Return 1 - visibility^power, of the sum of all slices' visibility; 0 without a radius."""
+    """Return 1 - visibility^power, of the sum of all slices' visibility, 0 without a radius; along an axis the sum."""
     visibility = smaller(1, larger(0, total / (slices.points.shape[0] // 2)))
-    return select(slices.radius > 0, 1 - power(visibility, slices.exponent), number(0, visibility))
+    occlusion = select(slices.radius > 0, 1 - power(visibility, slices.exponent), number(0, visibility))
+    return where_none(slices.axis, occlusion, total)
+
+
+@formula
+def with_axes(slices: Any, view: Any, texel: Any, here: Any) -> Any:
+    """Return a texel's numbers, as of ``disk_around``, and e, f and -w along the axis, if there is one."""
+    return unless_none(slices.axis, here, _with_axes, (slices, view, texel, here))
+
+
+@formula
+def _with_axes(axis: Any, slices: Any, view: Any, texel: Any, here: Any) -> Any:
+    p, w, images, normal = here
+    e, f = axes_around(slices, view, texel, w)
+    return p, w, images, normal, (_coordinate(e, axis), _coordinate(f, axis), -_coordinate(w, axis))
+
+
+@formula
+def _coordinate(v: Any, axis: Any) -> Any:
+    return v.x if axis == 0 else v.y if axis == 1 else v.z
+
+
+@formula
+def in_side(slices: Any, here: Any, s: Any) -> Any:
+    """Return a side's direction, x e + y f, and -w along the axis; here: as of ``with_axes``."""
+    e, f, ahead = here[4]
+    return slices.points[s, 0] * e + slices.points[s, 1] * f, ahead
 
 
 def sides(slices: int) -> FloatArray:

@@ -149,6 +149,25 @@ def add_round(chosen, number, strata, distances, far, falloff, totals, squares, 
         errors[place] = sqrt(rest / (done * (done - 1.0))) if number else np.inf
 
 
+@kernel
+def add_directions(chosen, begun, number, cast, distances, far, sums):
+    """Add the open part of a round's rays, each (1 - value of its hit) times its direction, to sums (n, 3).
+
+    chosen, number, distances, far: as of ``add_round``.
+    """
+    row = 0
+    for place in chosen:
+        x, y, z = 0.0, 0.0, 0.0
+        for cell in range(cast.strata * cast.strata):
+            dx, dy, dz = ray_direction(begun.texels[place], number, cell, cast, begun.axes[place])
+            part = 1.0 - covered(np.float64(distances[row]), far, cast.falloff)
+            x, y, z = x + part * dx, y + part * dy, z + part * dz
+            row += 1
+        sums[place, 0] += x
+        sums[place, 1] += y
+        sums[place, 2] += z
+
+
 _STACK = 128  # two nodes a level
 _SMALL = 1e-200
 

@@ -68,7 +68,7 @@ def terms_of(given: Problem, radius: float, name: str) -> Callable[[int, int], F
     estimator = find_estimator(name)
     if not estimator.reads_texels:
         return lambda row, column: np.empty((0, 6))
-    seen, view, made = _driven(given, radius, name)
+    seen, view, made = driven(given, radius, name)
     samples = 0 if hasattr(made, "steps") else len(made.points)
 
     def told(row: int, column: int) -> FloatArray:
@@ -103,7 +103,7 @@ def _hidden_areas(given: Problem, radius: float, *, name: str) -> Bounds | None:
     return _hidden_volume(given, radius, at=partial(_formulas, name=name))
 
 
-def _driven(given: Problem, radius: float, name: str) -> tuple[Seen, BallView, Any]:
+def driven(given: Problem, radius: float, name: str) -> tuple[Seen, BallView, Any]:
     """The view and the formulas of an estimator, as drivers take them."""
     estimator = find_estimator(name)
     assert estimator.formulas is not None
@@ -121,7 +121,7 @@ def _terms(name: str, made: Any) -> tuple[float, bool, bool | None]:
 
 def _formulas(given: Problem, radius: float, *, name: str) -> Bounds:
     """Bounds of an estimator that is written as formulas."""
-    seen, view, made = _driven(given, radius, name)
+    seen, view, made = driven(given, radius, name)
     sums = np.zeros((4, *seen.depth.shape))
     known = _terms(name, made)
     if hasattr(made, "steps"):  # of estimators that take them

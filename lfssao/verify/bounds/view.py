@@ -54,6 +54,15 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
     return point_bounds(name, given.seen, radius, inputs.get("points"), given.weights, given.options, model)
 
 
+def bent_normal_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
+    """Bounds of bent normals as of ``occlusion_bounds``, (H, W, 3)."""
+    if model.exact or not {"depth", "positions"} <= set(inputs):
+        return None
+    from lfssao.verify.bounds.bent import bent_bounds  # late: few ask for them
+
+    return bent_bounds(described_problem(parameters, inputs, radius, model), radius, parameters["estimator"])
+
+
 def described_problem(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Problem:
     """The arguments of bounds of an estimator but ``lf`` at radius R, by parameters and inputs of a view."""
     seen, options = described_buffers(parameters, inputs), described_options(parameters, radius)
@@ -84,7 +93,9 @@ class ViewBounds:
         self._own, self._right, self._stored = own or {}, right or {}, stored or {}
         self._mesh = {} if mesh is None else mesh  # its length would cast all rays
         self._guard = int(parameters["guard"])
-        self._radii = {f"ao_{k}": radius for k, radius in enumerate(parameters["radii"], start=1)}
+        radii = dict(enumerate(parameters["radii"], start=1))
+        self._radii = {f"ao_{k}": radius for k, radius in radii.items()}
+        self._bent = {f"bent_{k}": radius for k, radius in radii.items()}
         # Occlusion of one radius, by the layer's name, guard band included.
         self._layer = cache(lambda name: occlusion_bounds(parameters, inputs, self._radii[name], model))
 
@@ -112,6 +123,9 @@ class ViewBounds:
         if name in self._radii:
             layer = self._layer(name)
             return None if layer is None else layer.crop(self._guard)
+        if name in self._bent:
+            bent = bent_normal_bounds(self._parameters, self._inputs, self._bent[name], self._model)
+            return None if bent is None else bent.crop(self._guard)
         if name == "merged":
             return _merged([self._made(layer) for layer in self._radii])
         if name == "blurred":

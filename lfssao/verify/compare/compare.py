@@ -20,7 +20,7 @@ from lfssao.verify.case import VIEW, Array, Arrays, Case
 from lfssao.verify.compare.agreement import parts_of
 from lfssao.verify.compare.background import with_background, without_background
 from lfssao.verify.compare.files import Files
-from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage
+from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, without_intervals
 from lfssao.verify.compare.linear import check_camera, with_distances
 from lfssao.verify.compare.neighbours import Neighbours
 from lfssao.verify.compare.picture import WORST_RANK, Panels
@@ -321,11 +321,8 @@ class Comparison:
         self._results.append(result)
         if self._textures is not None:
             self._textures.add(result, own, right, judged)
-        if (
-            judged.verdict is Verdict.DIFFERENT
-            and case.stage == VIEW
-            and name in _without_intervals(list(case.outputs))
-        ):
+        unknown = judged.verdict is Verdict.DIFFERENT and case.stage == VIEW
+        if unknown and name in without_intervals(list(case.outputs)):
             self._without.add(name)
         if judged.verdict is Verdict.INSIDE and result.outside and judged.bounds is not None:
             some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
@@ -391,10 +388,3 @@ def _parts(case: Case) -> dict[str, Flags]:
 def _is_occlusion_wrong(module: str, results: Sequence[Result]) -> bool:
     """Whether a texture of a radius' occlusion of a module is wrong."""
     return any(r.module == module and r.layer.startswith("ao_") and r.verdict in WRONG for r in results)
-
-
-def _without_intervals(names: Sequence[str]) -> set[str]:
-    """The layers of a rendered module whose intervals are not known, as layers that they are made of are missing."""
-    layers = [name for name in names if name.startswith("ao_")]
-    ao = [] if {"depth", "positions"} <= set(names) else [*layers, "merged", "blurred", "shaded"]
-    return {*ao, *([] if "depth" in names else ["positions"]), *([] if "color" in names else ["shaded"])}

@@ -17,7 +17,7 @@ from lfssao.verify.bounds.stored import FORMATS, LINEAR, Stored
 from lfssao.verify.verdict import Plane, Planes
 
 # The order of the passes: the earlier one of two stages that differ is to blame.
-_STAGES = ("depth", "positions", "normals", "color", "ao", "merged", "blurred", "shaded")
+_STAGES = ("depth", "positions", "normals", "color", "ao", "bent", "merged", "blurred", "shaded")
 _STANDARD = {"Z": "depth", "P": "positions", "N": "normals"}
 
 
@@ -83,6 +83,14 @@ def stage_order(name: str) -> tuple[int, int]:
 def is_occlusion(name: str) -> bool:
     """Whether a layer of that name is one of occlusion."""
     return re.fullmatch("ao(_[0-9]+)?|merged|blurred", name) is not None
+
+
+def without_intervals(names: Sequence[str]) -> set[str]:
+    """The layers of a rendered module whose intervals are not known, as layers that they are made of are missing."""
+    bent = () if "normals" in names else ("bent_",)
+    made = ("ao_", "bent_", "merged", "blurred", "shaded")
+    ao = [name for name in names if name.startswith(bent if {"depth", "positions"} <= set(names) else made)]
+    return {*ao, *([] if "depth" in names else ["positions"]), *([] if "color" in names else ["shaded"])}
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,60 @@
+"""Intervals of bent normals: no renderer that rounds leaves them, and those of too small errors are left."""
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from oracle_scenes import drawn_problems
+from random_numbers import Number, Renderers, occlusion, outside, scaled
+from test_formulas import VARIANTS, drawn_scene, formulas_of, view_of
+
+from lfssao import bent_normals
+from lfssao.ao.estimators.registry import ESTIMATORS
+from lfssao.verify.bounds.bent import bent_bounds
+from lfssao.verify.bounds.error_model import find_model
+from lfssao.verify.bounds.problem import Problem
+
+RENDERERS = 30
+
+
+def renderers(rng, name, model, options, radius, seen, samples):
+    """Bent normals of renderers, (R, H, W, 3)."""
+    numbers, sums = formulas_of(name, options, radius, seen, samples), []
+    view = view_of(name, seen, options, model, numbers)
+    for axis in range(3):
+        own = numbers._replace(axis=axis)
+        sums.append(occlusion(rng.integers(2**32), RENDERERS, model, view, own, seen.depth.shape, options))
+    by = Renderers(rng, RENDERERS, model)
+    x, y, z = (Number(by, each) for each in sums)
+    with np.errstate(all="ignore"):
+        largest, scaling = Number(by, np.max(np.abs(sums), axis=0)), by.lot(0.5)
+        parts = [by.where(scaling, part / largest, part) for part in (x, y, z)]
+        length = np.sqrt(by.total([1.0] * 3, [part * part for part in parts]))
+        made = [by.choose(part / length, (1 / length) * part).x for part in parts]
+    return np.nan_to_num(np.stack(made, axis=-1))
+
+
+@pytest.mark.parametrize("name", ["gtao", "visibility-bitmask"])
+def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small(name):
+    choices, counts, widths = VARIANTS[name], [], []
+    options = st.fixed_dictionaries({key: st.sampled_from(values) for key, values in choices.items()})
+
+    @settings(max_examples=20, phases=[Phase.generate])
+    @given(drawn_problems(), options)
+    def check(drawn, options):
+        view, rng, model, radius, n, turning = drawn
+        model, options = find_model(model), {**ESTIMATORS[name].parameters, **options}
+        seen, samples = drawn_scene(rng, name, options, view, radius, n, turning)
+        made = renderers(rng, name, model, options, radius, seen, samples)
+        found, weak = (
+            bent_bounds(Problem(seen, np.zeros((0, 3)), None, options, m), radius, name)
+            for m in (model, scaled(model, 0.25))
+        )
+        assert not found.outside(bent_normals(name, seen, radius, **options)).any()
+        assert outside(made, found) == 0
+        counts.append(outside(made, weak))
+        widths.extend((found.upper - found.lower)[np.isfinite(seen.depth)].ravel())
+
+    check()
+    assert any(counts)
+    assert np.quantile(widths, 0.25) < 1e-3

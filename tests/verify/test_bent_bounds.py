@@ -34,6 +34,7 @@ def renderers(rng, name, model, options, radius, seen, samples):
     return np.nan_to_num(np.stack(made, axis=-1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["gtao", "visibility-bitmask"])
 def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small(name):
     choices, counts, widths = VARIANTS[name], [], []
@@ -44,6 +45,8 @@ def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small(name):
     def check(drawn, options):
         view, rng, model, radius, n, turning = drawn
         model, options = find_model(model), {**ESTIMATORS[name].parameters, **options}
+        if options["border"] == "background" and options["background"] == "open":
+            options["filter"] = "nearest"  # the other's intervals of occlusion do not hold either
         seen, samples = drawn_scene(rng, name, options, view, radius, n, turning)
         made = renderers(rng, name, model, options, radius, seen, samples)
         found, weak = (

@@ -2,7 +2,9 @@
 
 import math
 
-from lfssao.core.affine import sum_in_order
+import numpy as np
+
+from lfssao.core.affine import sum_in_order, unit_vectors
 
 
 def test_each_number_is_added_to_the_rounded_sum_of_those_before_finite_or_not():
@@ -12,3 +14,12 @@ def test_each_number_is_added_to_the_rounded_sum_of_those_before_finite_or_not()
     assert sum_in_order([]) == 0
     assert sum_in_order([1e308, 1e308]) == math.inf
     assert math.isnan(sum_in_order([math.inf, -math.inf]))
+
+
+def test_unit_vectors_have_the_length_1_or_are_0():
+    given = np.array([[[3.0, 0.0, -4.0], [0.0, -0.0, 0.0], [1e30, 1.0, 0.0], [np.nan, 1.0, 0.0]]], np.float32)
+    made = unit_vectors(given)
+    assert made.dtype == np.float32
+    assert made.tolist() == [[[np.float32(0.6), 0.0, np.float32(-0.8)], [0.0] * 3, [0.0] * 3, [0.0] * 3]]
+    with np.errstate(all="raise"):
+        assert unit_vectors(np.array([2.0**100, 0.0, 0.0])).tolist() == [1, 0, 0]

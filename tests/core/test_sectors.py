@@ -17,6 +17,7 @@ from lfssao.core.sectors import (
     joined,
     no_ends,
     sector_count,
+    sector_is_set,
     sectors_between,
     state_between,
 )
@@ -29,19 +30,22 @@ def numbers_in(mask):
 
 
 @kernel
-def of_floats(pairs, masks, counts):
+def of_floats(pairs, masks, counts, flags):
     for i in range(len(pairs)):
         masks[i] = sectors_between(as_float(pairs[i, 0]), as_float(pairs[i, 1]))
         other = sectors_between(as_float(pairs[i, 1]), as_float(pairs[i, 0]))
         counts[i] = plain(sector_count(joined(masks[i], other), as_float(pairs[i, 0])))
+        for k in range(MOST):
+            flags[i, k] = sector_is_set(masks[i], k)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_sectors_of_floats_are_those_from_the_first_to_before_the_last(dtype):
-    masks, counts = np.zeros(len(PAIRS), np.uint32), np.zeros(len(PAIRS), dtype)
-    of_floats(PAIRS.astype(dtype), masks, counts)
-    for (first, last), mask, count in zip(PAIRS.tolist(), masks, counts, strict=True):
-        assert numbers_in(mask) == set(range(first, last))
+    masks, counts, flags = np.zeros(len(PAIRS), np.uint32), np.zeros(len(PAIRS), dtype), np.zeros((len(PAIRS), MOST))
+    of_floats(PAIRS.astype(dtype), masks, counts, flags)
+    for (first, last), mask, count, own in zip(PAIRS.tolist(), masks, counts, flags, strict=True):
+        assert numbers_in(mask) == set(range(first, last)) == set(np.flatnonzero(own))
+        assert [sector_is_set(mask, k) for k in range(MOST)] == own.tolist()
         assert mask == sectors_between(first, last)
         assert count == abs(first - last) == sector_count(joined(mask, sectors_between(last, first)), None)
 
@@ -59,6 +63,10 @@ def of_balls(given, made, counts, by):
         sure, never, every = select(Doubt(True, True), x, y), select(Doubt(False, False), x, y), any_ends(x)
         for k, each in enumerate((x, both, either, hull, sure, never, every)):
             made[i, k, 0], made[i, k, 1] = each.must, each.may
+        for k in range(MOST):
+            surely, perhaps = sector_is_set(both, k).must, sector_is_set(both, k).may
+            made[i, 7, 0] |= np.uint32(int(surely) << k)
+            made[i, 7, 1] |= np.uint32(int(perhaps) << k)
         counts[i, 0], counts[i, 1] = count.value - count.error, count.value + count.error
 
 
@@ -70,7 +78,7 @@ def test_sectors_of_balls_hold_those_of_all_numbers_in_them_and_no_more():
     rng = np.random.default_rng(11)
     given = np.stack([rng.integers(0, MOST + 1, (400, 4)), rng.choice([0.0, 1e-6, 0.5, 1.0, 2.5], (400, 4))], axis=2)
     given[:, :, 0] += rng.choice([0.0, 0.5], (400, 4)) * (given[:, :, 1] >= 0.5)  # whole numbers are in each
-    made, counts = np.zeros((len(given), 7, 2), np.uint32), np.zeros((len(given), 2))
+    made, counts = np.zeros((len(given), 8, 2), np.uint32), np.zeros((len(given), 2))
     of_balls(given, made, counts, 0.0)
     for numbers, found, (fewest, most) in zip(given, made, counts, strict=True):
         a, b, c, d = (whole_of(*each) for each in numbers)
@@ -79,6 +87,7 @@ def test_sectors_of_balls_hold_those_of_all_numbers_in_them_and_no_more():
         for sets, (must, may) in zip((one, unions, one + two, one + two, one, two), found[:6], strict=True):
             assert numbers_in(must) == set.intersection(*sets)
             assert numbers_in(may) == set.union(*sets)
+        assert found[7].tolist() == found[1].tolist()
         assert fewest == len(set.intersection(*unions))
         assert most == len(set.union(*unions))
         assert found[6].tolist() == [0, 2**MOST - 1]
@@ -87,7 +96,7 @@ def test_sectors_of_balls_hold_those_of_all_numbers_in_them_and_no_more():
 def test_sectors_of_unknown_numbers_are_unknown():
     given = np.zeros((1, 4, 2))
     given[0, :2, 1] = UNKNOWN
-    made, counts = np.zeros((1, 7, 2), np.uint32), np.zeros((1, 2))
+    made, counts = np.zeros((1, 8, 2), np.uint32), np.zeros((1, 2))
     of_balls(given, made, counts, 0.0)
     assert made[0, 0].tolist() == [0, 2**MOST - 1]
     assert counts[0].tolist() == [0, MOST]

@@ -22,6 +22,7 @@ WRONG = {
         lfssao.RayCaster(MESH, VIEW.cast_from_world), lfssao.Settings((0.1,)), VIEW
     ),
     "buffers is of type Mesh": lambda: lfssao.estimate("lf", MESH, 0.1),
+    "buffers is of type View": lambda: lfssao.bent_normals("gtao", VIEW, 0.1),
     "box is": lambda: lfssao.Camera.looking_at(MESH),
     "radii is 0.1, expected a list of numbers": lambda: lfssao.Settings(0.1),
     "modules is 10, it must be a range or a list": lambda: lfssao.render(MESH, DISPLAY, modules=10),

@@ -26,6 +26,8 @@ def test_memory_is_checked_against_what_is_there(monkeypatch):
     check_memory(2000, 3400, 5, 4)  # 0.9 GB
     with pytest.raises(InputError, match=r"resolution 2000x3400.* 1\.1 GB of memory, 1\.0 GB are available"):
         check_memory(2000, 3400, 5, 96)
+    with pytest.raises(InputError, match=r"resolution 2000x3400.* 1\.3 GB of memory, 1\.0 GB are available"):
+        check_memory(2000, 3400, 5, 4, bent=True)
     monkeypatch.setattr("lfssao.core.memory.available_memory", lambda: None)
     check_memory(2**16, 2**15 - 1, 5, 4)
     with pytest.raises(InputError, match="at most 2147483647 texels"):

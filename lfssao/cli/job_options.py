@@ -40,7 +40,7 @@ _HELP = {
     "--output": "folder to write to; made if not there, files replaced",
     "--texture": "an image for a mesh file with texture coordinates, in place of those that the file names",
     "--display": "a preset, such as c80 ('lfssao display' lists them), or a .toml file (default: sample-a)",
-    "--modules": "modules A to B - 1 only (default: all)",
+    "--modules": "modules A to B - 1 only, or A alone (default: all)",
     "--camera": "an ordinary view by Algorithm 1 instead of a display: perspective (default) or orthographic; "
     "SCENE goes before it",
     "--eye": "place of the camera, world units (default: before the scene's +Z side); --eye=-1,0,2 if it begins with -",
@@ -79,8 +79,8 @@ _HELP = {
     "vertical, or those of a .json or .npy file of 4x4 matrices that place the scene",
     "--single-part": "write all layers into one part of each EXR file, for viewers that open the first part only",
     "--resume": "keep the textures that an interrupted job left, if their digests are right, and do the rest",
-    "--scheduler": "compute on dask.distributed: local (a process for each thread), or tcp://HOST:PORT, whose workers "
-    "must see the same folder",
+    "--scheduler": "compute on dask.distributed: local (a process for each thread), or tcp://HOST:PORT, or the "
+    "FILE in which a scheduler wrote that; its workers must see the same folder",
 }
 
 _AO_OPTIONS: dict[str, dict[str, Any]] = {
@@ -107,7 +107,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("-o", "--output", required=output, metavar="DIR")
     add("--texture", metavar="IMAGE")
     add("--display", metavar="NAME")
-    add("--modules", type=values.module_range, metavar="A:B")
+    add("--modules", type=values.module_range, metavar="A[:B]")
     add("--camera", nargs="?", const="perspective", metavar="PROJECTION")
     for name in ("--eye", "--target", "--up"):
         add(name, type=values.vector, metavar="X,Y,Z")

@@ -87,12 +87,13 @@ def vector(text: str) -> tuple[float, float, float]:
 
 
 def module_range(text: str) -> range:
-    """A range A:B of modules."""
-    found = re.fullmatch(r"([0-9]{1,9}):([0-9]{1,9})", text, re.ASCII)
+    """A range A:B of modules, or one of them."""
+    found = re.fullmatch(r"([0-9]{1,9})(?::([0-9]{1,9}))?", text, re.ASCII)
     if not found:
-        wanted = "a range A:B of two whole numbers, such as 0:3 for modules 0, 1 and 2"
+        wanted = "a range A:B of two whole numbers, such as 0:3 for modules 0, 1 and 2, nor one number"
         raise argparse.ArgumentTypeError(f"'{_short(text)}' is not {wanted}")
-    start, stop = int(found[1]), int(found[2])
+    start = int(found[1])
+    stop = start + 1 if found[2] is None else int(found[2])
     if start >= stop:
         raise argparse.ArgumentTypeError(f"'{text}' holds no module: A:B needs A < B")
     return range(start, stop)
@@ -144,9 +145,11 @@ def frames(text: str) -> int | Path:
 
 
 def scheduler(text: str) -> str:
-    """Address of a dask scheduler, or 'local'."""
-    if text != "local" and not re.fullmatch(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:[0-9]{1,5}", text):
-        raise argparse.ArgumentTypeError(f"'{_short(text)}' is neither local nor an address such as tcp://host:8786")
+    """Address of a dask scheduler, a file in which it wrote that, or 'local'."""
+    is_address = re.fullmatch(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:[0-9]{1,5}", text)
+    if text != "local" and not is_address and not (text and Path(text).is_file()):
+        wanted = "local, nor an address such as tcp://host:8786, nor a scheduler's file"
+        raise argparse.ArgumentTypeError(f"'{_short(text)}' is neither {wanted}")
     return text
 
 

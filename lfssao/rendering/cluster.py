@@ -5,9 +5,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
 from functools import partial
+from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from lfssao.core.files import read_json
 from lfssao.errors import InputError, MissingPackageError
 
 _SECONDS_TO_ANSWER = 10
@@ -17,9 +19,9 @@ _SECONDS_TO_ANSWER = 10
 def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int, Callable[[Any], Any]]]:
     """An executor on a scheduler's workers, how many threads each worker has, and a function that sends them an object.
 
-    The scheduler is given by its address, or 'local' makes one on this machine for as long as the block runs, with
-    ``processes`` workers of one thread each. Raises InputError if no scheduler answers or it has no worker, and
-    MissingPackageError if distributed is not installed.
+    The scheduler is given by its address, or by the file in which it wrote that, or 'local' makes one on this machine
+    for as long as the block runs, with ``processes`` workers of one thread each. Raises InputError if no scheduler
+    answers or it has no worker, and MissingPackageError if distributed is not installed.
     """
     try:
         from dask import config  # late: optional packages
@@ -28,7 +30,7 @@ def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int,
         wanted = "the package distributed, which is not installed here: pip install 'lfssao[dask]'"
         raise MissingPackageError(f"--scheduler needs {wanted}") from error
     with ExitStack() as stack:
-        address = scheduler
+        address = _address_in(Path(scheduler)) if Path(scheduler).is_file() else scheduler
         if scheduler == "local":
             # TLS with keys of its own: who else is on this machine may not connect. Silent: a lost worker is replaced
             # and its items are done again, errors of items come back to the caller, and a worker that is closed during
@@ -48,3 +50,12 @@ def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int,
         if not threads:
             raise InputError(f"--scheduler: the scheduler at {scheduler} has no workers")
         yield client.get_executor(pure=False), min(threads), partial(client.scatter, broadcast=True, hash=False)
+
+
+def _address_in(file: Path) -> str:
+    """The address in a file that ``dask scheduler --scheduler-file`` wrote; InputError if there is none."""
+    found = read_json(file)
+    address = found.get("address") if isinstance(found, dict) else None
+    if not isinstance(address, str):
+        raise InputError(f"--scheduler: {file}: it holds no address of a dask scheduler")
+    return address

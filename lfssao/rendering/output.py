@@ -196,7 +196,7 @@ def make_ready(job: Job, items: Collection[Item]) -> None:
     old = [job.frame_folder(frame) / name for frame in frames for name in (MANIFEST, *NOISE.values(), SHEET, VIEW)]
     for path in (job.folder / ANIMATION, *old):
         if path.exists() and not path.is_dir():
-            path.unlink()
+            path.unlink(missing_ok=True)  # another task of the job may be as far
     for path in map(job.path, items):
         if path.exists() and not path.is_file() and not path.is_dir():
             path.unlink()

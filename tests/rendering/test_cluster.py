@@ -1,5 +1,6 @@
 """The same job on other processes: dask's workers, one of which is killed, and any executor; equal digests."""
 
+import json
 import logging
 import os
 import signal
@@ -78,7 +79,9 @@ def test_a_killed_worker_costs_nothing_but_time(local, cluster, tmp_path, capsys
 
     killer = threading.Thread(target=kill_one)
     killer.start()
-    render(folder, *COMMAND, "--scheduler", cluster.scheduler_address)
+    file = tmp_path / "scheduler.json"  # as 'dask scheduler --scheduler-file' writes it
+    file.write_text(json.dumps(cluster.scheduler.identity()))
+    render(folder, *COMMAND, "--scheduler", str(file))
     killer.join()
     assert killed[0] < COUNT  # in the middle
     assert before[0] not in processes(cluster)
@@ -118,6 +121,13 @@ def test_no_scheduler_no_package_and_threads_that_are_not_ours(tmp_path, capsys,
     assert "--threads does not go with a scheduler's address" in refused("--threads", "1", *there)
     monkeypatch.setattr("lfssao.rendering.cluster._SECONDS_TO_ANSWER", 0.3)
     assert "--scheduler: no dask scheduler answers at tcp://127.0.0.1:1" in refused(*there)
+    file = tmp_path / "file.json"
+    for text, why in (
+        ("", "not a JSON file"), ("{}", "it holds no address"), ('{"address": 1}', "it holds no address"),
+        ('{"address": "tcp://127.0.0.1:1"}', "no dask scheduler answers"), ("[]", "it holds no address"),
+    ):  # fmt: skip
+        file.write_text(text)
+        assert why in refused("--scheduler", str(file)), text
     monkeypatch.setitem(sys.modules, "distributed", None)
     assert "pip install 'lfssao[dask]'" in refused("--scheduler", "local")
 

@@ -71,6 +71,30 @@ def check_resumes(folder, undisturbed):
     assert (folder / "contact.png").read_bytes() == (undisturbed / "contact.png").read_bytes()
 
 
+# Job arrays
+
+
+@pytest.mark.slow
+def test_tasks_of_single_modules_and_a_resume_make_the_files_of_one_job(tmp_path):
+    """Seven tasks of an array run at once in one folder; an eighth module is left to the resume."""
+    whole, shared = tmp_path / "whole", tmp_path / "shared"
+    words = [*COMMAND[:3], "--modules", "4:12", *COMMAND[5:]]
+    render(whole, *words)
+    alone = [sys.executable, "-m", "lfssao", "render", *COMMAND[:3], *COMMAND[5:], "-o", str(shared)]
+    tasks = [subprocess.Popen([*alone, "--modules", str(4 + task)], stdout=subprocess.DEVNULL) for task in range(7)]
+    assert [task.wait() for task in tasks] == [0] * 7
+    made = {f"module_{4 + task:03d}.exr" for task in range(7)}
+    assert made <= set(os.listdir(shared))
+    before = {name: (shared / name).stat().st_ino for name in made}
+    render(shared, *words, "--resume")
+    assert {name: (shared / name).stat().st_ino for name in made} == before
+    assert sorted(os.listdir(shared)) == sorted(os.listdir(whole))
+    for path in whole.iterdir():
+        if path.name != "manifest.json":
+            assert (shared / path.name).read_bytes() == path.read_bytes(), path.name
+    assert without_seconds(shared) == without_seconds(whole)
+
+
 # SIGKILL
 
 

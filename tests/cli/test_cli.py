@@ -74,7 +74,7 @@ FILES = {"line\nbreak.obj": "", "fine.obj": TRIANGLE, "b.png": "garbage"}
     (["statue", "--display", "Sample_A"], "there is no display 'Sample_A' (did you mean 'sample-a'?)"),
     (["statue", "--camera", "foo"], "'foo': choose one of perspective, orthographic"),
     (["statue", "--display", "sample-a", "--modules", "20:22"], "modules 20:22 are not a part of 0:21"),
-    (["statue", "--layers", "depth,best"], "'best': choose one of depth, positions, color, normals, ao, merged"),
+    (["statue", "--layers", "finest"], "'finest': choose one of depth, positions, color, normals, ao, bent"),
     (["statue", "--samples", "0"], "0 is not from 1 to 65536"),
     (["statue", "--caster", "vulkan"], "caster: there is no choice 'vulkan': choose one of exact, embree"),
     (["statue", "--radii", "1,-2"], "-2 is not a radius from 0"),

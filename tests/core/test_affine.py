@@ -17,9 +17,10 @@ def test_each_number_is_added_to_the_rounded_sum_of_those_before_finite_or_not()
 
 
 def test_unit_vectors_have_the_length_1_or_are_0():
-    given = np.array([[[3.0, 0.0, -4.0], [0.0, -0.0, 0.0], [1e30, 1.0, 0.0], [np.nan, 1.0, 0.0]]], np.float32)
+    given = np.array([[[3.0, 0.0, -4.0], [0.0, -0.0, 0.0], [1e30, 1.0, 0.0], [np.nan, 1.0, np.inf]]], np.float32)
     made = unit_vectors(given)
     assert made.dtype == np.float32
     assert made.tolist() == [[[np.float32(0.6), 0.0, np.float32(-0.8)], [0.0] * 3, [0.0] * 3, [0.0] * 3]]
+    assert unit_vectors(np.array([np.inf, 1.0, 0.0])).tolist() == [0.0] * 3
     with np.errstate(all="raise"):
         assert unit_vectors(np.array([2.0**100, 0.0, 0.0])).tolist() == [1, 0, 0]

@@ -1,5 +1,8 @@
 """Intervals of bent normals: no renderer that rounds leaves them, and those of too small errors are left."""
 
+import math
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
@@ -9,12 +12,44 @@ from random_numbers import Number, Renderers, occlusion, outside, scaled
 from test_formulas import VARIANTS, drawn_scene, formulas_of, view_of
 
 from lfssao import bent_normals
+from lfssao.ao.estimators import gtao
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.verify.bounds.bent import bent_bounds
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.problem import Problem
 
 RENDERERS = 30
+
+
+class Hull:
+    """All numbers between the least and the largest of some."""
+
+    def __init__(self, *parts):
+        ends = [end for part in parts for end in (part.ends if isinstance(part, Hull) else (part, part))]
+        self.ends = min(ends), max(ends)
+
+    def __mul__(self, factor):
+        return Hull(*(factor * end for end in self.ends))
+
+    def __add__(self, other):
+        return Hull(*(a + b for a, b in zip(self.ends, other.ends, strict=True)))
+
+
+@pytest.mark.parametrize("weighting", ["cosine", "uniform"])
+@pytest.mark.parametrize(("low", "high"), [(-0.5, 0.6), (-0.6, -0.1), (0.2, 0.9), (0.4, 0.4), (-0.7, 1.0)])
+def test_ends_of_a_side_hold_those_of_all_cosines_between(monkeypatch, weighting, low, high):
+    """A horizon at 45 degrees below the zenith's plane and higher; of the parts along e and -w."""
+    for name, made in (("least", lambda _: low), ("most", lambda _: high), ("alternatives", Hull)):
+        monkeypatch.setattr(gtao, name, made)
+    arcs = SimpleNamespace(points=np.array([[1.0, 0.0]]), exact=True, cosine=weighting == "cosine")
+    view, normal = SimpleNamespace(arc_cosine=math.acos), (math.sqrt(0.5), 0.0, math.sqrt(0.5))
+    for k, axes in enumerate(((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))):
+        here = None, None, None, normal, axes
+        found = gtao._open(0, arcs, view, here, 0, None).ends
+        each = [gtao._parts(arcs, view, here, 0, c)[k] for c in np.linspace(low, high, 400)]
+        assert found == pytest.approx((min(each), max(each)), abs=1e-4)
+        assert found[0] <= min(each) + 1e-15
+        assert max(each) - 1e-15 <= found[1]
 
 
 def renderers(rng, name, model, options, radius, seen, samples):

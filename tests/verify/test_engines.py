@@ -244,7 +244,7 @@ BUGS = {
         "fall-off forgotten": ((r", fall_off\)", ", 0.0)"), "fall_off 0 in place of 1"),
         "thickness in texels": ((r">= thickness", ">= 0.05 * thickness"), None),
         "a larger radius": ((r"d \* radius", "d * 1.25 * radius"), ("radius", 1.25)),
-        "exponent of 2": ((r", exponent\)", ", 2.0 * exponent)"), None),
+        "exponent of 2": ((r", exponent\)", ", 2.0 * exponent)"), ("exponent", 2.0)),
         "power of 1.5": ((r", power\)", ", 1.5 * power)"), ("power", 1.5)),
         "a step less": ((r"k < steps", "k < steps - 1"), "step 6 of each direction dropped"),
         "turned the other way": ((r"(, )(noise\[tile \+ 1\])", r"\1-\2"), "samples turned the other way"),

@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 from itertools import pairwise
-from math import acos, atan2, floor, pi, sin
+from math import acos, asin, atan2, cos, floor, hypot, pi, sin
 
 import analytic_scenes as scenes
 import numpy as np
 import pytest
 
-from lfssao import estimate
+from lfssao import bent_normals, estimate
 from lfssao.core.elementary import sincospi
 
 OPTIONS = {"slices": 2, "steps": 5, "randomize": False}
@@ -22,15 +22,15 @@ def middles_between(low, high, weighting, count):
     return {k for k in range(count) if low < k + 0.5 < high}, close
 
 
-def bits_of(seen, j, i, radius, thickness, weighting, count):
-    """Numbers of set sectors of both slices of a texel, seen straight from above, and whether rounding decides any."""
+def slices_of(seen, j, i, radius, thickness, weighting, count):
+    """Directions of both slices of a texel, seen straight from above, set sectors, and whether rounding decides any."""
     p, n = seen.positions[j, i], seen.normals[j, i]
     height, width = seen.depth.shape
-    texel, total, undecided = 0.75 / height, 0, False
+    texel = 0.75 / height
     for slice_ in range(2):
         sine, cosine = sincospi((2 * slice_ + 1) / 4)
         along = np.array([cosine, -sine, 0.0])  # the rightward direction, and downward
-        tilt, bits = atan2(n @ along, n[2]), set()
+        tilt, bits, undecided = atan2(n @ along, n[2]), set(), False
         for side in (1, -1):
             for k in range(1, 6):
                 reach = side * radius * k / 5 / texel
@@ -44,8 +44,7 @@ def bits_of(seen, j, i, radius, thickness, weighting, count):
                 front, behind = (side * acos(x[2] / np.linalg.norm(x)) - tilt for x in (d, back))
                 found, close = middles_between(min(front, behind), max(front, behind), weighting, count)
                 bits, undecided = bits | found, undecided or close
-        total += len(bits)
-    return total, undecided
+        yield along, bits, undecided
 
 
 def rough():
@@ -66,7 +65,8 @@ def test_every_texel_has_the_sectors_of_a_march_by_angles(weighting, count, thic
     made = estimate("visibility-bitmask", seen, radius, **own, **OPTIONS).texture
     wrong, left_out, totals = 0, 0, set()
     for j, i in np.ndindex(seen.depth.shape):
-        total, undecided = bits_of(seen, j, i, radius, radius * thickness, weighting, count)
+        slices = list(slices_of(seen, j, i, radius, radius * thickness, weighting, count))
+        total, undecided = sum(len(bits) for _, bits, _ in slices), any(close for *_, close in slices)
         found = made[j, i] * 2 * count
         assert found == pytest.approx(round(found), abs=1e-9)
         wrong += not undecided and round(found) != total
@@ -75,6 +75,35 @@ def test_every_texel_has_the_sectors_of_a_march_by_angles(weighting, count, thic
     assert wrong == 0
     assert left_out <= 2
     assert len(totals) > count / 3
+
+
+def open_direction(slices, n, weighting, count):
+    """The unit vector of the middles of open sectors, each by its solid angle and weight, of a normal."""
+    total, up = np.zeros(3), np.array([0, 0, 1.0])
+    for along, bits, _ in slices:
+        tilt, length = atan2(n @ along, n[2]), hypot(n @ along, n[2])
+        for k in set(range(count)) - bits:
+            part = (2 * k + 1) / count - 1
+            angle = tilt + (asin(part) if weighting == "cosine" else part * pi / 2)
+            weight = abs(sin(angle)) * (length if weighting == "cosine" else 1)
+            total += weight * (sin(angle) * along + cos(angle) * up)
+    return total / np.linalg.norm(total)
+
+
+@pytest.mark.parametrize("weighting", ["cosine", "uniform"])
+@pytest.mark.parametrize(("count", "thickness"), [(32, 0.4), (5, 0.1)])
+def test_every_texel_has_the_bent_normal_of_its_open_sectors(weighting, count, thickness):
+    seen, radius = rough(), 0.2
+    own = {"weighting": weighting, "sectors": count, "thickness": thickness}
+    made, wrong, bends = bent_normals("visibility-bitmask", seen, radius, **own, **OPTIONS), 0, []
+    for j, i in np.ndindex(seen.depth.shape):
+        slices = list(slices_of(seen, j, i, radius, radius * thickness, weighting, count))
+        exact = open_direction(slices, seen.normals[j, i], weighting, count)
+        decided = not any(close for *_, close in slices)
+        wrong += decided and np.abs(made[j, i] - exact).max() > 1e-9
+        bends.append(exact @ seen.normals[j, i])
+    assert wrong == 0
+    assert np.quantile(bends, 0.1) < 0.95
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,7 @@ def package(tmp_path):
 
 
 def test_the_cache_folder_is_named_by_all_kernel_sources():
-    """Of every file, too, that has kernels or formulas, wherever it stands: else it would run as it was before."""
+    """A file with kernels or formulas that were not among these would run as it was before."""
     digest = hashlib.sha256()
     for path in jit.compiled_sources():
         digest.update(path.name.encode() + b"\0" + path.read_bytes())

@@ -397,6 +397,9 @@ class RandomView:
         off = self.by.model.angle if self.given.turned else 0.0
         return tuple(Number(self.by, part.x + off * self.by.within(part.x)) for part in self.turn(texel))
 
+    def sine_of_angle(self, x):
+        return Number(self.by, x.x + self.by.model.angle * self.by.within(x.x))
+
     def arc_cosine(self, x):
         """Off by a part of itself, of a cosine that is off by a rounding."""
         cosine = np.clip(x.x * (1 + self.by.model.operation * self.by.within(x.x)), -1, 1)

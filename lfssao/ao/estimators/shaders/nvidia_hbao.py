@@ -33,14 +33,14 @@ class NvidiaOptions(Bordered):
 
 
 class Taps(NamedTuple):
-    """Directions, x and y, and numbers of taps, (n, 3); the disk's radius; 1 / R^2; bias, a tap's part, and power."""
+    """Directions, x and y, and numbers of taps, (n, 3); the disk's radius; 1 / R^2; bias, a tap's share, and power."""
 
     points: Any
     reach: Any
     between: Any  # one more than the taps of a direction
     inverse: Any
     bias: Any
-    part: Any
+    share: Any
     exponent: float
 
     def start(self, view: Any, texel: Any) -> Any:
@@ -75,7 +75,7 @@ class Taps(NamedTuple):
 
     def end(self, total: Any) -> Any:
         """1 - (1 - 2 / ((1 - bias) n) sum)^power."""
-        return 1 - power(larger(0, smaller(1, 1 - rounded(self.part, 3, total, 2) * total)), self.exponent)
+        return 1 - power(larger(0, smaller(1, 1 - rounded(self.share, 3, total, 2) * total)), self.exponent)
 
 
 @formula
@@ -102,7 +102,7 @@ def nvidia_hbao(buffers: Buffers, radius: float, points: None, weights: None, op
             between=kind(options.steps + 1),
             inverse=kind(1 / np.float64(radius) ** 2),
             bias=kind(options.bias),
-            part=kind(2 / ((1 - options.bias) * n)),
+            share=kind(2 / ((1 - options.bias) * n)),
             exponent=options.power,
         )
 

@@ -276,7 +276,7 @@ def float_view(buffers: Buffers, words: Container[str], options: Options) -> Flo
     return made._replace(
         depth=one_more(made.depth, np.inf),
         surfaces=None if surfaces is None else one_more(surfaces, np.inf if cleared is None else z),
-        positions=one_more(made.positions, place),
+        positions=one_more(made.positions, np.full(3, np.inf) if cleared is None else place),
         normals=one_more(made.normals, np.zeros(3)),
     )
 

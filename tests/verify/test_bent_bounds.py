@@ -80,8 +80,6 @@ def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small(name):
     def check(drawn, options):
         view, rng, model, radius, n, turning = drawn
         model, options = find_model(model), {**ESTIMATORS[name].parameters, **options}
-        if options["border"] == "background" and options["background"] == "open":
-            options["filter"] = "nearest"  # the other's intervals of occlusion do not hold either
         seen, samples = drawn_scene(rng, name, options, view, radius, n, turning)
         made = renderers(rng, name, model, options, radius, seen, samples)
         found, weak = (

@@ -113,6 +113,19 @@ def test_steps_and_taps_that_are_held_inside_are_none_outside(name):
     assert not np.array_equal(opened.texture, held.texture)
 
 
+@pytest.mark.parametrize("name", ["hbao", "gtao", "visibility-bitmask", "oriented-hemisphere", "alchemy"])
+@pytest.mark.parametrize("filter_", ["nearest", "linear"])
+def test_background_beyond_the_border_that_is_open_hides_nothing(name, filter_):
+    """Between four texels one beyond the border is the nearest inside, or background, and then nothing hides."""
+    opened, beyond = (
+        lfssao.estimate(name, buffers_of("module"), RADIUS, border=border, filter=filter_)
+        for border in ("open", "background")
+    )
+    assert opened.outside > beyond.outside
+    assert beyond.texture.sum() <= opened.texture.sum()
+    assert filter_ == "linear" or np.array_equal(opened.texture, beyond.texture)
+
+
 @pytest.mark.parametrize(("name", "options", "words"), [
     ("lf", {"border": "clamp"}, "has no parameter 'border'"),
     ("point", {"border": "edge"}, "border is 'edge', choose one of open, clamp, repeat, mirror, background"),

@@ -58,7 +58,7 @@ _LOOK_UPS = {
 _BY_LOOK_UPS = "point", "oriented-hemisphere", "alchemy", "hbao", "gtao", "visibility-bitmask"
 for _name in _BY_LOOK_UPS:  # all ways in which formulas read a texel
     VARIANTS[_name] |= _LOOK_UPS | {"background": [*VARIANTS[_name].get("background", ["open"]), "cleared"]}
-# Of published shaders whose formulas are their own, on cameras.
+# Options of published shaders whose formulas are their own, on cameras.
 SHADERS = {
     "threejs-ssao": {"min_distance": [0.005, 0.0], "max_distance": [0.1, 0.02], "filter": ["nearest", "linear"]},
     "threejs-gtao": {

@@ -16,12 +16,13 @@ import numpy as np
 from lfssao.ao.estimators.estimator import Estimator
 from lfssao.ao.estimators.look_ups import with_cleared
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, register
-from lfssao.ao.formulas import Folded, Summed, words_of
+from lfssao.ao.formulas import Folded, Seen, Summed, words_of
 from lfssao.ao.textures import Buffers
 from lfssao.core.files import read_text
 from lfssao.errors import InputError, LfssaoError
 from lfssao.optics.camera import Camera
 
+_WORDS = frozenset(name for protocol in (Seen, Summed, Folded) for name in vars(protocol))
 _NOT_COMPILED = "it cannot be compiled: a formula takes numbers, and words of `lfssao.core.numbers`"
 # Sentences of numba about a line that it cannot compile, and their meaning.
 _REASONS = (
@@ -84,6 +85,9 @@ def _checked(path: Path, estimator: Estimator) -> Estimator:
         for name in [*protocol.__annotations__, *(word for word in vars(protocol) if not word.startswith("_"))]:
             if not hasattr(numbers, name):
                 raise InputError(f"{path}: class {type(numbers).__name__} has no '{name}', which formulas need")
+        for field in _WORDS.intersection(numbers._fields):
+            taken = f"class {type(numbers).__name__} has a field '{field}', which is a word of formulas"
+            raise InputError(f"{path}: {taken}: take another name")
         estimator = replace(estimator, vectors="noise" in words_of(numbers))
     with mistakes_in(path):
         estimate(estimator, buffers, 1.0)

@@ -55,6 +55,7 @@ def test_the_start_of_a_fold_sees_a_wall_before_a_texel(tmp_path):
 MISTAKES = [
     ("view.surface(seen)", "view.surfac(seen)", ", line 44: nothing here has 'surfac'"),
     ("def term(", "def trem(", ": class Mine has no 'term', which formulas need"),
+    ("bias: Any\n", "bias: Any\n    part: Any = 0\n", ": class Mine has a field 'part', which is a word"),
     ("return Mine(np", "return Mine(npp", ", line 58: NameError: name 'npp' is not defined"),
     ("ENTRIES = (", "ENTRY = (", ": it has no ENTRIES"),
     ('summed("mine"', 'summed("sao"', ": an estimator of lfssao has the name 'sao'"),

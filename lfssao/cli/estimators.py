@@ -115,13 +115,17 @@ def take_published(options: argparse.Namespace) -> dict[str, Value]:
     shader = find_published(options.like)
     if options.estimator not in (None, shader.estimator):
         raise InputError(f"--estimator: {options.estimator}, and --like {options.like} is {shader.estimator}")
+    own_rotation = options.rotate in (None, shader.rotate)
     options.estimator, options.rotate = shader.estimator, options.rotate or shader.rotate
     if options.samples is None and shader.samples is not None:
         try:
             options.samples = values.samples(str(shader.samples))
         except argparse.ArgumentTypeError as error:
             raise InputError(f"{options.like}: samples: {error}") from None
-    return shader.parameters_in(options.units)
+    parameters = shader.parameters_in(options.units)
+    if not own_rotation and parameters.get("angle_sum") == "float32":
+        return {**parameters, "angle_sum": "exact"}  # float32 is of its own rotation alone
+    return parameters
 
 
 def read_parameters(

@@ -42,7 +42,7 @@ def test_like_sets_what_is_not_given(tmp_path):
     assert made["parameters"] == shader.parameters_in("radii")
     words = "--like", "g3d", "--units", "world", "--parameter", "beta=0.5", "--rotate", "r2", "--estimator", "sao"
     made = settings_of(tmp_path / "b", *words)
-    assert made["parameters"] == {**find_published("g3d").parameters, "beta": 0.5}
+    assert made["parameters"] == {**find_published("g3d").parameters, "beta": 0.5, "angle_sum": "exact"}
     assert (made["units"], made["rotation"]) == ("world", "r2")
     render(tmp_path / "c", "--like", "g3d", "--estimator", "lf", code=2)
     for samples in (0, -3, 10**9):

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.ao import post
-from lfssao.ao.bent import bent_normals
 from lfssao.ao.estimators.registry import estimate_radii
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Neighbour
@@ -201,6 +200,8 @@ def occlusions(buffers: Buffers, settings: Settings) -> list[Occlusion]:
 
 def bent_normals_of(buffers: Buffers, settings: Settings) -> list[FloatTexture]:
     """Bent normals of each radius: equal radii are computed once."""
+    from lfssao.ao.bent import bent_normals  # late: few ask for them
+
     buffers, options = _turned(buffers, settings), {**settings.parameters, "units": settings.units}
     found = {radius: bent_normals(settings.estimator, buffers, radius, **options) for radius in set(settings.radii)}
     return [found[radius] for radius in settings.radii]

@@ -56,7 +56,7 @@ BUGS = {
     "epsilon of R": (SAO, (r"epsilon \+ vv", "2.5 * epsilon + vv"), ("epsilon", 2.5)),
     "truncated": (SAO, (r"ivec2\(floor\(vec2\(p\) \+ offset\)\)", "p + ivec2(offset)"),
                   "landing truncate in place of floor"),
-    "angles of rows from below": (SAO, (r"angles\[texel\]", "angles[(size.y - 1 - p.y) * size.x + p.x]"),
+    "angles of rows from below": (SAO, (r"angles\[p\.y", "angles[(size.y - 1 - p.y)"),
                                   "turns of rows from below"),
     "spiral of 5 turns": (SAO, (r"float\(turns\)", "5.0"), "turns 5 in place of 7"),
     "without the half": (SAO, (r"\(float\(t\) \+ 0\.5\)", "(float(t) + 1.0)"), None),
@@ -179,6 +179,7 @@ def test_buffers_of_another_renderer_are_judged_in_two_commands(context, frame, 
     as_opengl_stores(frame("sao"), theirs)
     words = "--buffers", theirs / "camera.toml", "--rotate", theirs / "angles.npy", "--rotate-rows", "below"
     given = "--depth", theirs / "depth.npy", "--normals", theirs / "normals.npy", "--like", "r3d", "--units", "world"
+    given += "--parameter", "sine=down"  # it is drawn in rows from above
     assert main(["ao", *map(str, (*given, *words)), "--radii", "0.5", "-o", str(right)]) == 0
     shown = ao_shaders.Frame(right)
     defines = {"FACE": 0, "LANDING": 1, "FULL_TURN": TAU}

@@ -48,7 +48,7 @@ def _lines(a: Sequence[Any]) -> list[Any]:
 
 
 def _fan(a: Sequence[Any]) -> list[Any]:
-    """What horizons and slices have in common: scene, reflections, and steps along directions."""
+    """The arguments that horizons and slices share: scene, reflections, and steps along directions."""
     view, fan, occlusion, _ = a
     mirrors = np.ascontiguousarray(np.tile(fan.mirrors, CHUNK // fan.mirrors.shape[2]))
     return [*_seen(view, fan.radius, occlusion), mirrors, len(fan.points), fan.points, fan.steps]

@@ -14,6 +14,7 @@ from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError, check_choice
 from lfssao.rendering.contact import write_animation
 from lfssao.rendering.folder import fill, read_manifest
+from lfssao.rendering.output import SHEET, VIEW
 from lfssao.rendering.viewer import BLENDS, LightField, eye_point, eye_range
 
 MOST_WIDTH = 16_384
@@ -34,7 +35,7 @@ def add_to(view: argparse.ArgumentParser) -> None:
     orbit = f"""an animation of N frames (even) along the observer line, from the leftmost to the rightmost eye that the
         modules reach from the whole screen, and back (default: {FRAMES})"""
     add("--orbit", type=_even, nargs="?", const=FRAMES, metavar="N", help=orbit)
-    named = "picture to write, .png; with --orbit .png, .gif or .webp, animated (default: DIR/view.png or orbit.png)"
+    named = "picture to write, .png; with --orbit .png, .gif or .webp, animated (default: DIR/eye.png or orbit.png)"
     add("-o", "--output", metavar="FILE", help=named)
     add("--layer", default="shaded", metavar="NAME", help="shaded, color, or ao_1, merged, ... (default: shaded)")
     add("--blend", default="linear", metavar="NAME", help="of modules: nearest, linear or gaussian (default: linear)")
@@ -52,8 +53,10 @@ def _view(options: argparse.Namespace) -> None:
     folder, animated = Path(options.folder), options.orbit is not None
     if animated and options.eye_x is not None:
         raise InputError("--eye-x does not go with --orbit, which moves the eye")
-    target = folder / ("orbit.png" if animated else "view.png") if options.output is None else Path(options.output)
+    target = folder / ("orbit.png" if animated else "eye.png") if options.output is None else Path(options.output)
     check_target("--output", target, _ENDINGS[animated])
+    if target.resolve() in [(folder / name).resolve() for name in (VIEW, SHEET)]:
+        raise InputError(f"--output: {target} is a picture of 'lfssao render', take another name")
     check_choice("--blend", options.blend, BLENDS)
     display, entries = read_manifest(folder, options.layer)
     eyes = [options.eye_x or 0.0]

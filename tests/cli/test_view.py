@@ -41,11 +41,11 @@ def pixels(path):
 
 def test_view_writes_what_the_library_composes(folder, capsys):
     assert view(folder, "--eye-x", "0.4", "--width", "50") == 0
-    said = f"{folder / 'view.png'}: the modules' light goes to eyes from x = -0.93 to 0.93 m\n"
+    said = f"{folder / 'eye.png'}: the modules' light goes to eyes from x = -0.93 to 0.93 m\n"
     assert capsys.readouterr().out == said
     expected = to_codes(light_field(folder, "shaded").photograph(0.4, 50).image)
     assert expected.any()
-    assert np.array_equal(pixels(folder / "view.png"), expected)
+    assert np.array_equal(pixels(folder / "eye.png"), expected)
 
 
 def light_field(folder, layer, guard=0):
@@ -129,7 +129,7 @@ def test_orbit_has_as_many_frames_and_comes_back(folder, count, name):
         assert np.abs(frames[k] - frames[count - k]).max() <= (12 if name.endswith("gif") else 0)
     assert view(folder, "--eye-x", eye_range(find_display("sample-a"))[1], "--width", "48") == 0
     if not name.endswith("gif"):
-        assert np.array_equal(frames[count // 2], pixels(folder / "view.png"))
+        assert np.array_equal(frames[count // 2], pixels(folder / "eye.png"))
 
 
 def test_a_part_of_the_modules_is_dark_elsewhere(tmp_path, capsys):
@@ -172,7 +172,17 @@ def test_a_spoiled_folder_is_refused_in_one_sentence(folder, capsys, what):
     SPOILED[what](folder)
     assert view(folder, "--width", "20") == 2
     assert sentence(capsys)
-    assert not (folder / "view.png").exists()
+    assert not (folder / "eye.png").exists()
+
+
+@pytest.mark.parametrize("name", ["view.png", "contact.png"])
+def test_pictures_of_a_render_are_not_replaced(rendered, monkeypatch, capsys, name):
+    before = (rendered / name).read_bytes()
+    monkeypatch.chdir(rendered)
+    for target in (name, rendered / name, rendered / ".." / rendered.name / name):
+        assert view(rendered, "--width", "20", "-o", target) == 2
+        assert "is a picture of 'lfssao render', take another name" in sentence(capsys)
+    assert (rendered / name).read_bytes() == before
 
 
 @pytest.mark.parametrize("words", [

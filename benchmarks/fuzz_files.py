@@ -170,7 +170,7 @@ def manifests() -> list[Files]:
 
 
 def load_view_of_display(path: Path) -> None:
-    run("view", path.parent, "--width", "16", "-o", path.parent / "view.png")
+    run("view", path.parent, "--width", "16", "-o", path.parent / "eye.png")
 
 
 def load_compare(path: Path) -> None:

@@ -202,7 +202,7 @@ def test_still_has_no_frame_and_one_frame_in_place_is_the_still(tmp_path):
 
 def test_a_frame_is_read_like_a_still(animated, capsys):
     assert main(["view", str(animated[0] / "frame_0001"), "--width", "32"]) == 0
-    (animated[0] / "frame_0001" / "view.png").unlink()
+    (animated[0] / "frame_0001" / "eye.png").unlink()
     assert main(["view", str(animated[0])]) == 2
     assert "it holds frames: choose one, such as" in capsys.readouterr().err
 

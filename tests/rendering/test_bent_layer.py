@@ -137,3 +137,13 @@ def test_compare_says_that_normals_are_missing_for_its_interval(rendered, tmp_pa
     assert main(["compare", str(tmp_path / "mine"), str(some)]) == 2
     note = "no interval is known of bent_1: the reference was rendered without layers they are made of"
     assert note in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("axis", "verdict"), [(0, Verdict.INSIDE), (1, Verdict.OUTSIDE)])
+def test_half_floats_are_judged_by_what_half_floats_hold(rendered, tmp_path, axis, verdict):
+    folder, name = rendered
+    parts = read_exr(folder / f"{name}.exr")
+    for layer in ("bent_1", "normals"):
+        np.save(tmp_path / f"{name}_{layer}.npy", np.roll(parts[layer].pixels, axis, axis=-1).astype(np.float16))
+    made = compare(tmp_path, folder, layers=("bent_1", "normals"))
+    assert {each.layer: each.verdict for each in made.results} == {"bent_1": verdict, "normals": verdict}

@@ -242,6 +242,7 @@ def check_types(mine: Layer, reference: Layer) -> None:
 
 
 _COLORS = "color", "shaded"
+_DIRECTIONS = "normals", "bent_"  # codes of these are packed in many ways, half floats in one
 _OF_TYPE = {"float16": "half", "uint8": "unorm8", "uint16": "unorm16"}
 _VISIBILITY = "1-"  # before a name of the reference in a rule
 
@@ -269,6 +270,8 @@ class Storage:
         word, said = "float", self.formats.get(name)
         if occlusion or name in (*_COLORS, "depth"):
             word = "srgb8" if kind == "uint8" and name in _COLORS else _OF_TYPE.get(kind, word)
+        elif kind == "float16" and name.startswith(_DIRECTIONS):
+            word = "half"
         linear, word = said == LINEAR, (said if said != LINEAR else word) or word
         if linear and kind not in ("float32", "float16"):
             raise MismatchError(f"it is of {kind}, distances are float32 or half")

@@ -28,6 +28,7 @@ from lfssao.ao.ssao import run_kernel
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.core.affine import unit_vectors
 from lfssao.core.distinct import distinct
+from lfssao.errors import InputError
 
 
 def bent_normals(
@@ -56,7 +57,7 @@ def bent_normals(
     Raises
     ------
     InputError
-        If the estimator has none, or as ``estimate`` does.
+        If the estimator has none, its formulas have no steps or no axis, or as ``estimate`` does.
 
     Examples
     --------
@@ -70,7 +71,11 @@ def bent_normals(
     check_bent(estimator)
     assert estimator.formulas is not None  # those that have them are formulas
     (options,) = options_at(estimator, buffers, (radius,), units, parameters)
-    formulas = distinct(estimator.formulas(buffers, radius, None, None, options))
+    made = estimator.formulas(buffers, radius, None, None, options)
+    for field in ("steps", "axis"):
+        if field not in made._fields:
+            raise InputError(f"class {type(made).__name__} has no field '{field}', which bent normals need")
+    formulas = distinct(made)
     view = float_view(buffers, words_of(formulas), options)
     axes = (formulas._replace(axis=axis) for axis in range(3))
     sums = [run_kernel(fold_steps, buffers.depth, view, each).texture for each in axes]

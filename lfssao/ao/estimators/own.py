@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from lfssao.ao.bent import bent_normals
 from lfssao.ao.estimators.estimator import Estimator
 from lfssao.ao.estimators.look_ups import with_cleared
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, register
@@ -91,6 +92,8 @@ def _checked(path: Path, estimator: Estimator) -> Estimator:
         estimator = replace(estimator, vectors="noise" in words_of(numbers))
     with mistakes_in(path):
         estimate(estimator, buffers, 1.0)
+        if estimator.bent:
+            bent_normals(estimator, buffers, 1.0)
     return estimator
 
 

@@ -76,3 +76,10 @@ def test_a_mistake_is_told_by_its_line(tmp_path, before, after, words):
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
     assert "mine" not in ESTIMATORS
+
+
+def test_bent_normals_need_an_axis(tmp_path):
+    path = written(tmp_path, START["fold"].replace("normals=True)", "normals=True, bent=True)"))
+    with pytest.raises(lfssao.InputError) as caught:
+        lfssao.read_estimator(path)
+    assert str(caught.value) == f"{path}: class Mine has no field 'axis', which bent normals need"

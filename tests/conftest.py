@@ -28,6 +28,11 @@ numba.set_num_threads(1)
 gc.set_threshold(100_000, 50, 50)
 
 
+def pytest_xdist_auto_num_workers():
+    """One process more than cores: some tests wait for a browser, for killed jobs, or for a clock."""
+    return (os.cpu_count() or 1) + 1
+
+
 def pytest_collection_modifyitems(items):
     """Tests that compile for minutes come first, so that no process is left alone with them at the end."""
     items.sort(key=lambda item: {"generic_cpu", "kit"}.isdisjoint(item.fixturenames))

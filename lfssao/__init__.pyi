@@ -10,7 +10,8 @@ from .errors import InputError, LfssaoError, MissingPackageError
 from .gbuffer.caster import GBuffer, RayCaster
 from .optics.camera import Camera
 from .optics.display import Display, Module, fit_roi
-from .optics.display_file import display_names, display_text, find_display, parse_display
+from .optics.display_file import display_names, display_text, find_display, find_views, parse_display
+from .optics.quilt import Quilt
 from .optics.view import View, WorldToImage
 from .rendering.exr import Part, read_exr, write_exr
 from .rendering.passes import Textures, render, render_view
@@ -27,10 +28,10 @@ from .verify.compare.report import Report
 __version__: str
 __all__ = [
     "Buffers", "Camera", "Display", "GBuffer", "GroundTruth", "InputError", "LfssaoError", "LightField", "Mesh",
-    "MissingPackageError", "Module", "Occluders", "Occlusion", "Paint", "Part", "Photograph", "RayCaster", "Report",
-    "Settings", "Textures", "View", "WorldToImage", "algorithm1", "algorithm2", "bent_normals", "blur",
+    "MissingPackageError", "Module", "Occluders", "Occlusion", "Paint", "Part", "Photograph", "Quilt", "RayCaster",
+    "Report", "Settings", "Textures", "View", "WorldToImage", "algorithm1", "algorithm2", "bent_normals", "blur",
     "builtin_scene", "compare", "default_radii", "display_names", "display_text", "estimate", "eye_point", "eye_range",
-    "eye_view", "find_display", "find_scene", "fit_roi", "load_scene", "make_samples", "merge", "module_views",
-    "parse_display", "ray_cast_occlusion", "read_estimator", "read_exr", "reference", "render", "render_view", "shade",
-    "square_points", "write_exr",
+    "eye_view", "find_display", "find_scene", "find_views", "fit_roi", "load_scene", "make_samples", "merge",
+    "module_views", "parse_display", "ray_cast_occlusion", "read_estimator", "read_exr", "reference", "render",
+    "render_view", "shade", "square_points", "write_exr",
 ]  # fmt: skip

@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 
 from lfssao.errors import InputError
-from lfssao.optics.display_file import display_names, display_text, find_display
+from lfssao.optics.display_file import display_names, display_text, find_display, find_views
+from lfssao.optics.quilt import Quilt
 from lfssao.rendering import doubts
 
 
@@ -24,12 +25,16 @@ def _display(options: argparse.Namespace) -> None:
     if options.name is None:
         if options.plot is not None:
             raise InputError("--plot needs the NAME of a display")
-        for name in display_names():
-            shown, about = find_display(name), display_text(name).split("\n", 1)[0].removeprefix("# ")
-            size = f"{shown.screen_width:g} x {shown.screen_height:g} m, {len(shown.modules)} module"
-            print(f"{name}: {about} {size}{'s' * (len(shown.modules) > 1)}, {shown.diffuser} diffuser")
+        for name in (*display_names(), *display_names(quilts=True)):
+            shown, about = find_views(name), display_text(name).split("\n", 1)[0].removeprefix("# ")
+            size = f"{shown.screen_width:.3g} x {shown.screen_height:.3g} m"
+            if isinstance(shown, Quilt):
+                print(f"{name}: {about} {size}, quilt of {shown.columns} x {shown.rows} views")
+                continue
+            many = f"{len(shown.modules)} module{'s' * (len(shown.modules) > 1)}"
+            print(f"{name}: {about} {size}, {many}, {shown.diffuser} diffuser")
         return
-    display = find_display(options.name)
+    display = find_views(options.name)
     doubts.warn(doubts.of_display(display))
     if options.plot is None:
         is_file = Path(options.name).suffix == ".toml"
@@ -38,5 +43,5 @@ def _display(options: argparse.Namespace) -> None:
     from lfssao.optics.top_view import save_drawing  # late: matplotlib takes a second to import
 
     target = Path(options.plot or f"{Path(options.name).stem}.png")
-    save_drawing(display, target)
+    save_drawing(find_display(options.name), target)
     print(target)

@@ -18,7 +18,8 @@ from lfssao.core.files import check_folder
 from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.camera import PROJECTIONS, Camera
 from lfssao.optics.display import Display
-from lfssao.optics.display_file import find_display
+from lfssao.optics.display_file import find_views
+from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import MOST_GUARD, View, check_positions
 from lfssao.rendering import doubts, manifest
 from lfssao.rendering.animation import frame_bounds, read_transforms, swept_bounds, turntable
@@ -39,8 +40,9 @@ _HELP = {
     "wall), statue, ammonite, armadillo, corner (default: gallery; turntable with --frames N)",
     "--output": "folder to write to; made if not there, files replaced",
     "--texture": "an image for a mesh file with texture coordinates, in place of those that the file names",
-    "--display": "a preset, such as c80 ('lfssao display' lists them), or a .toml file (default: sample-a)",
-    "--modules": "modules A to B - 1 only, or A alone (default: all)",
+    "--display": "a preset, such as c80, or looking-glass-portrait, a quilt of views ('lfssao display' lists them), or "
+    "a .toml file (default: sample-a)",
+    "--modules": "modules, or a quilt's views, A to B - 1 only, or A alone (default: all)",
     "--camera": "an ordinary view by Algorithm 1 instead of a display: perspective (default) or orthographic; "
     "SCENE goes before it",
     "--eye": "place of the camera, world units (default: before the scene's +Z side); --eye=-1,0,2 if it begins with -",
@@ -167,7 +169,8 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     head = {
         "machine": manifest.describe_machine(threads, options.command),
         "scene": manifest.describe_scene(mesh),
-        "display": None if options.camera is not None else asdict(display),
+        "display": None if options.camera is not None or isinstance(display, Quilt) else asdict(display),
+        **({"quilt": asdict(display)} if options.camera is None and isinstance(display, Quilt) else {}),
         "camera": options.camera,
         "sampling": sampling,
         "settings": manifest.describe_settings(settings),
@@ -177,7 +180,7 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, options.single_part)
 
 
-def _display(options: argparse.Namespace) -> Display:
+def _display(options: argparse.Namespace) -> Display | Quilt:
     """The display that is asked for, in its own resolution; the options of a camera are checked too."""
     if options.camera is not None:
         with errors_of("--camera"):
@@ -188,12 +191,13 @@ def _display(options: argparse.Namespace) -> Display:
     elif any(getattr(options, name) is not None for name in _PLACED):
         raise InputError("--eye, --target, --up and --fov place a camera: they need --camera")
     with errors_of("--display"):
-        return find_display("sample-a" if options.display is None else options.display)
+        return find_views("sample-a" if options.display is None else options.display)
 
 
-def _sizes(options: argparse.Namespace, display: Display) -> set[Size]:
+def _sizes(options: argparse.Namespace, display: Display | Quilt) -> set[Size]:
     """Sizes of the textures that are rendered, guard bands included."""
-    sizes = [(module.width, module.height) for module in display.modules]
+    textures = [display] if isinstance(display, Quilt) else display.modules
+    sizes = [(each.width, each.height) for each in textures]
     if options.camera is not None or options.resolution is not None:
         sizes = [options.resolution or CAMERA_RESOLUTION]
     return {(width + 2 * options.guard, height + 2 * options.guard) for width, height in sizes}
@@ -229,7 +233,7 @@ def ao_settings(
 
 
 def _views(
-    options: argparse.Namespace, mesh: Mesh, display: Display, bounds: NDArray[np.float64]
+    options: argparse.Namespace, mesh: Mesh, display: Display | Quilt, bounds: NDArray[np.float64]
 ) -> tuple[list[View], list[tuple[View, ...]]]:
     """The views that are rendered, and for each module those of the modules that it asks."""
     if options.camera is not None:

@@ -112,8 +112,15 @@ class RayCaster:
         with np.errstate(over="ignore"):  # float32 textures and Embree cannot hold what overflows: it is refused
             if not np.isfinite(vertices.astype(np.float32)).all():
                 raise InputError(f"{mesh.name}: coordinates leave the range of float32 in the space rays are cast in")
+        self._cast_from_world = cast_from_world
         self._tree = TriangleTree(vertices, mesh.faces)
         self._material = None if mesh.paint is None else _material(mesh.paint)
+
+    def of_view(self, view: View) -> "RayCaster":
+        """The caster of a view's cast space: this one, or a new one of the same mesh."""
+        if np.array_equal(view.cast_from_world, self._cast_from_world):
+            return self
+        return RayCaster(self.mesh, view.cast_from_world, self.threads)
 
     def gbuffer(
         self,

@@ -133,18 +133,23 @@ class Camera:
             raise InputError(f"camera: the scene lies behind the eye at {made.eye}, which looks at {made.target}")
         return replace(made, extent=extent, near=max(0.9 * min(depths), 1e-3 * far), far=far)
 
-    def view(self, width: int, height: int, guard: int = 0) -> View:
-        """The view of this camera in a texture of width x height square texels, and ``guard`` more on each side.
+    def view(self, width: int, height: int, guard: int = 0, *, shift: float = 0.0, aspect: float | None = None) -> View:
+        """The view of this camera in a texture of width x height texels, and ``guard`` more on each side.
 
-        InputError if one of these is no whole number, or out of range (``lfssao.optics.view.check_size``).
+        ``shift`` moves the eye to the right, world units, and leaves the window at the target's distance where it is:
+        the frustum of a perspective camera leans. ``aspect`` is the window's width divided by its height; by default
+        texels are square. InputError if a size is no whole number, or out of range
+        (``lfssao.optics.view.check_size``).
         """
         width, height, guard = check_size(width, height, guard)
         eye_from_world = self._eye_from_world()
+        eye_from_world[0, 3] -= shift
         perspective = self.projection == "perspective"
         distance = _length(np.subtract(self.target, self.eye)) if perspective else 1.0
-        focal = height / self.extent * distance
-        c_u, c_v = width / 2 + guard, height / 2 + guard
-        lens = np.array([focal, focal, c_u, c_v, self.near, self.far, float(not perspective), 0.0])
+        f_v = height / self.extent * distance
+        f_u = f_v if aspect is None else width / (self.extent * aspect) * distance
+        c_u, c_v = width / 2 + guard + f_u * (shift / distance), height / 2 + guard
+        lens = np.array([f_u, f_v, c_u, c_v, self.near, self.far, float(not perspective), 0.0])
         return _view(lens, eye_from_world, width + 2 * guard, height + 2 * guard, guard)
 
     def _eye_from_world(self) -> Matrix:

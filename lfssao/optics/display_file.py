@@ -1,4 +1,4 @@
-"""Displays as TOML files: the presets, which are such files themselves, and those of users."""
+"""Displays and quilts as TOML files: the presets, which are such files themselves, and those of users."""
 
 import tomllib
 from importlib import resources
@@ -9,22 +9,25 @@ from lfssao.core.elementary import sincospi
 from lfssao.core.files import read_text
 from lfssao.errors import InputError, check_choice, check_type, errors_of, no_such
 from lfssao.optics.display import Display, Module
+from lfssao.optics.quilt import MOST_VIEWS, Quilt
 from lfssao.optics.view import finite_numbers
 
 _MISSING = object()
 
 _MOST_BITS = 14_000  # of a whole number; of more Python refuses to write the digits
+_OF_QUILTS = "looking-glass-"  # begins the names of the presets that are quilts
 MOST_MODULES = 10_000  # a hundred times the largest display that is published; beyond it the number is a slip
 
 
-def display_names() -> list[str]:
-    """Names of the preset displays.
+def display_names(quilts: bool = False) -> list[str]:
+    """Names of the preset displays of modules, or of the preset quilts.
 
-    >>> "sample-a" in lfssao.display_names()
-    True
+    >>> "sample-a" in lfssao.display_names(), lfssao.display_names(quilts=True)
+    (True, ['looking-glass-go', 'looking-glass-portrait'])
     """
     files = resources.files("lfssao.optics").joinpath("presets").iterdir()
-    return sorted(entry.name.removesuffix(".toml") for entry in files if entry.name.endswith(".toml"))
+    names = sorted(entry.name.removesuffix(".toml") for entry in files if entry.name.endswith(".toml"))
+    return [name for name in names if name.startswith(_OF_QUILTS) == quilts]
 
 
 def display_text(name: str) -> str:
@@ -35,21 +38,22 @@ def display_text(name: str) -> str:
     >>> lfssao.display_text("virtual").splitlines()[1]
     'name = "virtual"'
     """
-    if name not in display_names():
-        raise no_such("display", name, [*display_names(), "or a .toml file"])
+    names = [*display_names(), *display_names(quilts=True)]
+    if name not in names:
+        raise no_such("display", name, [*names, "or a .toml file"])
     return resources.files("lfssao.optics").joinpath("presets", f"{name}.toml").read_text(encoding="utf-8")
 
 
-def find_display(name: str | Path | Display) -> Display:
-    """A display: a preset by its name, one read from a file whose name ends in .toml, or the display itself.
+def find_views(name: str | Path | Display | Quilt) -> Display | Quilt:
+    """A display of modules or a quilt: a preset by its name, one of a file whose name ends in .toml, or itself.
 
     InputError if there is none, the file cannot be read, or a value is wrong; the message names the key and the reason.
 
-    >>> len(lfssao.find_display("sample-a").modules)
-    21
+    >>> lfssao.find_views("looking-glass-go").with_resolution(93, 171).count
+    66
     """
     if not isinstance(name, str | Path):
-        check_type("display", name, Display)
+        check_type("display", name, Display | Quilt)
         return name
     path = Path(name)
     if path.suffix != ".toml":
@@ -57,8 +61,20 @@ def find_display(name: str | Path | Display) -> Display:
     return parse_display(read_text(path), str(path))
 
 
-def parse_display(text: str, origin: str) -> Display:
-    """A display from the text of its TOML file; ``origin`` is the file's name in messages.
+def find_display(name: str | Path | Display | Quilt) -> Display:
+    """A display of modules, as ``find_views`` finds it; InputError for a quilt too.
+
+    >>> len(lfssao.find_display("sample-a").modules)
+    21
+    """
+    found = find_views(name)
+    if isinstance(found, Quilt):
+        raise InputError(f"display {found.name}: it is a quilt of cameras' views, here a display of modules is needed")
+    return found
+
+
+def parse_display(text: str, origin: str) -> Display | Quilt:
+    """A display or a quilt (kind = "quilt") from the text of its TOML file, of the name ``origin`` in messages.
 
     InputError if it is no TOML, a key is missing or unknown, or a value is wrong.
 
@@ -68,6 +84,8 @@ def parse_display(text: str, origin: str) -> Display:
     check_type("text", text, str)
     root = _Table(parse_toml(text, origin))
     with errors_of(origin):
+        if root.choice("kind", ("modules", "quilt"), "modules") == "quilt":
+            return _quilt(root)
         screen, observer, roi, modules = (root.table(key) for key in ("screen", "observer", "roi", "modules"))
         distance = observer.numbers("distance")
         if not distance > 0:
@@ -87,6 +105,27 @@ def parse_display(text: str, origin: str) -> Display:
         for table in (root, screen, observer, roi, modules):
             table.refuse_rest()
     return display
+
+
+def _quilt(root: "_Table") -> Quilt:
+    roi = root.table("roi")
+    width, height = root.resolution()
+    quilt = Quilt(
+        name=root.text("name"),
+        columns=root.whole("columns", MOST_VIEWS),
+        rows=root.whole("rows", MOST_VIEWS),
+        width=width,
+        height=height,
+        aspect=root.numbers("aspect"),
+        screen_height=root.numbers("screen_height"),
+        field_of_view=root.numbers("field_of_view"),
+        view_cone=root.numbers("view_cone"),
+        roi=(roi.numbers("min", 3), roi.numbers("max", 3)),
+        spacing=root.text("spacing", "ends"),
+    )
+    root.refuse_rest()
+    roi.refuse_rest()
+    return quilt
 
 
 def parse_toml(text: str, origin: str) -> dict[str, Any]:
@@ -154,13 +193,11 @@ def _step(first: float, last: float, k: int, count: int) -> float:
 
 
 def _optics(table: "_Table") -> dict[str, Any]:
-    width, height = table.numbers("resolution", 2)
-    if width != int(width) or height != int(height):
-        raise table.wrong("resolution", f"it is [{width}, {height}], it must be two whole numbers of texels")
+    width, height = table.resolution()
     optics = {name: table.numbers(name, default=0.0) for name in ("yaw", "pitch", "roll", "k1", "k2")}
     optics["field_of_view"] = table.numbers("field_of_view", default=None)
     optics["homography"] = table.numbers("homography", 9, default=None)
-    return {"width": int(width), "height": int(height), **optics}
+    return {"width": width, "height": height, **optics}
 
 
 class _Table:
@@ -219,6 +256,13 @@ class _Table:
             return value
         found = finite_numbers(f"{self._path}{key}", value, *count).tolist()
         return tuple(found) if count else found
+
+    def resolution(self) -> tuple[int, int]:
+        """Two whole numbers of texels."""
+        width, height = self.numbers("resolution", 2)
+        if width != int(width) or height != int(height):
+            raise self.wrong("resolution", f"it is [{width}, {height}], it must be two whole numbers of texels")
+        return int(width), int(height)
 
     def refuse_rest(self) -> None:
         """Refuse keys that nothing asked for."""

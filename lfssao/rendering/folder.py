@@ -72,7 +72,7 @@ def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str
     named = entries_of(folder, manifest)
     with reading_manifest(folder), errors_of(f"{folder}: its manifest"):
         if manifest["display"] is None:
-            raise InputError("it describes a camera's view (--camera), but an eye looks at a display")
+            raise InputError("it describes views of cameras (--camera, or a quilt's), but an eye looks at modules")
         entries = {int(name.removeprefix("module_")): entry for name, entry in named.items()}
         display = display_of(manifest["display"], entries)
     for entry in entries.values():

@@ -103,7 +103,7 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
 
 def _said(job: Job, item: Item) -> dict[str, str]:
     """A file's metadata of the job that any viewer shows; the manifest has all of it."""
-    display, sampling = job.head["display"], job.head["sampling"]
+    display, sampling = job.head.get("quilt") or job.head["display"], job.head["sampling"]
     return {
         "software": f"lfssao {__version__}",
         "display": display["name"] if display else "none",

@@ -18,7 +18,8 @@ from lfssao.core.pictures import image_png
 from lfssao.errors import InputError, check_type
 from lfssao.gbuffer.caster import GBuffer, RayCaster
 from lfssao.optics.display import Display
-from lfssao.optics.display_file import find_display
+from lfssao.optics.display_file import find_views
+from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import View, seen_rows, without_guard
 from lfssao.rendering import contact, doubts
 from lfssao.rendering.exr import write_exr
@@ -236,6 +237,7 @@ class Rendered(Sequence[Textures]):
         if isinstance(number, slice):
             return [self[k] for k in range(len(self))[number]]
         neighbours = self._cache.neighbours(self._asked[number], self._settings.caster)
+        self._caster = self._caster.of_view(self._views[number])
         textures = render_view(self._caster, self._views[number], self._settings, neighbours)
         doubts.warn(doubts.of_views([] if textures.surface_texels else [textures.view.name]))
         return textures
@@ -243,14 +245,14 @@ class Rendered(Sequence[Textures]):
 
 def render(
     mesh: Mesh | str | Path,
-    display: Display | str | Path,
+    display: Display | Quilt | str | Path,
     settings: Settings | None = None,
     modules: Sequence[int] | None = None,
     threads: int = 1,
 ) -> Rendered:
-    """Return the textures of the modules of a display as a sequence, each rendered when it is asked for.
+    """Return the textures of a display's modules, or of a quilt's views, each rendered when it is asked for.
 
-    Mesh and display are objects, names or files (``find_scene``, ``find_display``). By default settings are those of
+    Mesh and display are objects, names or files (``find_scene``, ``find_views``). By default settings are those of
     ``Settings`` with ``default_radii``, and all modules are rendered. Threads are those of the ray caster; numba's are
     set by ``numba.set_num_threads``. InputWarning for what is probably not meant (``lfssao.rendering.doubts``).
     InputError if a module does not exist or the mesh leaves float32 in physical space.
@@ -258,7 +260,7 @@ def render(
     >>> textures = render("statue", "sample-a", modules=[10])
     >>> textures[0].save("module_010.exr")  # doctest: +SKIP
     """
-    mesh, display = find_scene(mesh), find_display(display)
+    mesh, display = find_scene(mesh), find_views(display)
     settings = Settings(default_radii(mesh)) if settings is None else settings
     check_type("settings", settings, Settings)
     views = module_views(mesh, display, modules)

@@ -113,7 +113,7 @@ def _views_at_once(job: Job, most: int) -> int:
 
 
 class Renderer:
-    """Runs the passes of one item after another; the trees are built anew only where the scene has moved."""
+    """Runs the passes of one item after another; the trees are built anew where the scene or a camera has moved."""
 
     def __init__(self, job: Job, threads: int) -> None:
         self.job = job
@@ -124,12 +124,13 @@ class Renderer:
 
     def prepare(self, item: Item) -> RayCaster:
         """The ray caster for an item's frame; an InputError if the mesh leaves float32 in cast space."""
-        transform = self.job.transform(item.frame)
-        if self._caster is None or self._place != transform.tobytes():
+        transform, view = self.job.transform(item.frame), self.job.views[item.view]
+        place = transform.tobytes() + view.cast_from_world.tobytes()
+        if self._caster is None or self._place != place:
             self._caster = None  # one at a time in memory
             start = time.perf_counter()
-            mesh, view = moved(self.job.mesh, transform), self.job.views[item.view]
-            self._caster, self._place = RayCaster(mesh, view.cast_from_world, self._threads), transform.tobytes()
+            mesh = moved(self.job.mesh, transform)
+            self._caster, self._place = RayCaster(mesh, view.cast_from_world, self._threads), place
             self._depths = DepthCache(self._caster, 2 * self.job.settings.neighbours + 1)
             self._build_seconds += time.perf_counter() - start
         return self._caster

@@ -1,4 +1,4 @@
-"""The views of a display's modules, the scene fitted into the display's region of interest."""
+"""The views of a display's modules, or of a quilt, the scene fitted into the display's region of interest."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from lfssao.core.arguments import as_whole
 from lfssao.errors import InputError, shown
 from lfssao.optics.display import Display, fit_roi
-from lfssao.optics.display_file import find_display
+from lfssao.optics.display_file import find_display, find_views
+from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import View, box_of, check_positions
 from lfssao.rendering.neighbours import nearest_modules
 from lfssao.scene.builtin import find_scene
@@ -19,9 +20,9 @@ from lfssao.scene.mesh import Mesh
 Box = NDArray[np.float64]  # (2, 3): lower and upper corner
 
 
-def chosen_modules(display: Display, modules: Iterable[int] | None) -> Sequence[int]:
-    """Numbers of modules, all for None; InputError if they are none, or not all a part of the display."""
-    count = len(display.modules)
+def chosen_modules(display: Display | Quilt, modules: Iterable[int] | None) -> Sequence[int]:
+    """Numbers of modules, or a quilt's views, all for None; InputError if they are none, or not all of the display."""
+    count = display.count if isinstance(display, Quilt) else len(display.modules)
     if modules is None:
         return range(count)
     if not isinstance(modules, Iterable) or (isinstance(modules, np.ndarray) and modules.ndim != 1):
@@ -31,20 +32,21 @@ def chosen_modules(display: Display, modules: Iterable[int] | None) -> Sequence[
     numbers = [number for number in map(as_whole, ends) if number is not None and 0 <= number < count]
     if not given or len(numbers) < len(ends):
         named = f"{modules.start}:{modules.stop}" if isinstance(modules, range) else shown(given)
-        raise InputError(f"modules {named} are not a part of 0:{count}, the modules of {display.name}")
+        kind = "views" if isinstance(display, Quilt) else "modules"
+        raise InputError(f"modules {named} are not a part of 0:{count}, the {kind} of {display.name}")
     return given if isinstance(given, range) else numbers
 
 
 def module_views(
     mesh: Mesh | str | Path,
-    display: Display | str | Path,
+    display: Display | Quilt | str | Path,
     modules: Sequence[int] | None = None,
     guard: int = 0,
     bounds: Box | None = None,
 ) -> list[View]:
-    """The views of a display's modules, all by default, a box of world space fitted into the display's ROI.
+    """The views of a display's modules, or of a quilt, all by default, a box of world space fitted into its ROI.
 
-    Mesh and display may be names or files (``find_scene``, ``find_display``), modules a range or a list of numbers.
+    Mesh and display may be names or files (``find_scene``, ``find_views``), modules a range or a list of numbers.
     ``guard`` is the width of the guard band, texels (``Display.view``), and ``bounds``, (2, 3) float64, the box's lower
     and upper corner, world units, the mesh's own by default. InputError if the range holds no module, or one that the
     display does not have; if the box is too far from the world's origin for float32 positions
@@ -53,18 +55,19 @@ def module_views(
     >>> [view.name for view in lfssao.module_views("statue", "sample-a", modules=[9, 10])]
     ['module_009', 'module_010']
     """
-    mesh, display = find_scene(mesh), find_display(display)
+    mesh, display = find_scene(mesh), find_views(display)
     wanted = chosen_modules(display, modules)
     box = mesh.bounds if bounds is None else box_of("bounds", bounds)
     physical_from_world = fit_roi(box, display.roi)
-    texels = max(display.modules[index].width for index in wanted) / display.screen_width
+    views = [display.view(index, physical_from_world, guard) for index in wanted]
+    texels = max(view.width - 2 * view.guard for view in views) / display.screen_width
     check_positions(box, texels * float(physical_from_world[0, 0]))
-    return [display.view(index, physical_from_world, guard) for index in wanted]
+    return views
 
 
 def neighbour_views(
     mesh: Mesh,
-    display: Display,
+    display: Display | Quilt,
     count: int,
     modules: Sequence[int] | None = None,
     guard: int = 0,
@@ -74,5 +77,6 @@ def neighbour_views(
     wanted = chosen_modules(display, modules)
     if count == 0:
         return [()] * len(wanted)
+    display = find_display(display)
     views = module_views(mesh, display, None, guard, bounds)
     return [tuple(views[k] for k in nearest_modules(display, index, count)) for index in wanted]

@@ -53,7 +53,8 @@ class Surface:
                 return None
             try:
                 threads, view = int(config.NUMBA_NUM_THREADS), view_of(entry["name"], entry["view"])
-                self._caster = self._caster or RayCaster(self.mesh, view.cast_from_world, threads)
+                caster = self._caster or RayCaster(self.mesh, view.cast_from_world, threads)
+                self._caster = caster.of_view(view)
             except MissingPackageError:
                 return None
             return self._caster

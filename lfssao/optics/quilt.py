@@ -1,0 +1,128 @@
+"""Quilts: pinhole views of a screen from eyes in a row before it, as displays behind a sheet of lenses take them.
+
+Physical space is that of ``lfssao.optics.display``: the screen lies in z = 0, the eyes at z = -distance.
+"""
+
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+
+from lfssao.core.affine import Matrix, transform_points
+from lfssao.core.arguments import MOST_TEXELS, as_number, as_numbers, check_whole
+from lfssao.core.elementary import sincospi
+from lfssao.errors import InputError, check_choice, errors_of, shown
+from lfssao.optics.camera import Camera
+from lfssao.optics.view import View, check_size, finite_numbers, inverse_of
+
+SPACINGS = ("ends", "middles")
+MOST_VIEWS = 1000  # of a row or a column
+
+
+@dataclass(frozen=True)
+class Quilt:
+    """Sheared pinhole views, numbered from the leftmost eye; InputError, with the key of its file, if there is none.
+
+    Attributes
+    ----------
+    name : str
+        Its name in messages, files and the manifest.
+    columns, rows : int
+        Views side by side, and one above the other, in a picture of all: view 0 is below on the left.
+    width, height : int
+        Size of a view's texture, texels, which need not be square.
+    aspect : float
+        Width of the screen divided by its height.
+    screen_height : float
+        Height of the screen, metres.
+    field_of_view : float
+        Vertical angle under which the middle eye sees the screen, degrees.
+    view_cone : float
+        Angle at the screen's middle between the outermost directions, degrees.
+    roi : ((x, y, z), (x, y, z))
+        Lower and upper corner of the box of physical space that a scene is fitted into, metres.
+    spacing : str
+        'ends': the first and the last eye are at the ends of the cone; 'middles': each eye is in the middle of one of
+        as many equal angles of it.
+
+    Examples
+    --------
+    >>> quilt = lfssao.find_views("looking-glass-portrait")
+    >>> quilt.count, round(quilt.distance, 3), quilt.file_name("statue")
+    (48, 0.654, 'statue_qs8x6a0.75.png')
+    """
+
+    name: str
+    columns: int
+    rows: int
+    width: int
+    height: int
+    aspect: float
+    screen_height: float
+    field_of_view: float
+    view_cone: float
+    roi: tuple[tuple[float, float, float], tuple[float, float, float]]
+    spacing: str = "ends"
+
+    def __post_init__(self) -> None:
+        with errors_of(f"display {self.name}"):
+            for key in ("columns", "rows"):
+                check_whole(key, getattr(self, key), 1, MOST_VIEWS)
+            check_size(self.width, self.height)
+            check_whole("texels of all views", self.count * self.width * self.height, 1, MOST_TEXELS)
+            limits = {"aspect": inf, "screen_height": inf, "field_of_view": 180, "view_cone": 180}
+            for key, most in limits.items():
+                if not 0 < as_number(getattr(self, key)) < most:
+                    between = "positive" if most == inf else f"between 0 and {most}"
+                    raise InputError(f"{key}: it is {shown(getattr(self, key))}, it must be {between}")
+            check_choice("spacing", self.spacing, SPACINGS)
+            box = as_numbers("roi", self.roi)
+            if box.shape != (2, 3) or not np.isfinite(box).all() or not (box[0] < box[1]).all():
+                raise InputError("roi: min must be less than max in x, y and z")
+            if not box[0, 2] > -self.distance:
+                raise InputError(f"roi.min: z = {box[0, 2]} reaches the eyes at z = {-self.distance:g}")
+
+    @property
+    def count(self) -> int:
+        """How many views there are."""
+        return self.columns * self.rows
+
+    @property
+    def screen_width(self) -> float:
+        """Width of the screen, metres."""
+        return self.aspect * self.screen_height
+
+    @property
+    def distance(self) -> float:
+        """Distance of the eyes from the screen's plane, metres."""
+        sine, cosine = sincospi(self.field_of_view / 360)
+        return float(0.5 * self.screen_height * (cosine / sine))
+
+    def file_name(self, stem: str) -> str:
+        """Name of a picture of all views, by which programs know how it is laid out."""
+        return f"{stem}_qs{self.columns}x{self.rows}a{self.aspect:g}.png"
+
+    def with_resolution(self, width: int, height: int) -> "Quilt":
+        """The same quilt with textures of another size, texels; InputError if it is none."""
+        return replace(self, width=width, height=height)
+
+    def view(self, index: int, physical_from_world: Matrix, guard: int = 0) -> View:
+        """The view of one eye, a number from 0 on the left: a camera whose window is the screen.
+
+        ``physical_from_world``, (3, 4) float64, is a map of one scale, as ``fit_roi`` makes it; the guard band is that
+        of ``Display.view``. The planes enclose the ROI. InputError if there is no such view, or an argument is none.
+        """
+        index = check_whole("view", index, 0, self.count - 1)
+        inverse = inverse_of("physical_from_world", finite_numbers("physical_from_world", physical_from_world, 3, 4))
+        distance, (low, high) = self.distance, (corner[2] for corner in self.roi)
+        places = np.array([[0, 0, -distance], [0, 0, 0], [0, self.screen_height, 0]], np.float64)
+        eye, middle, above = transform_points(inverse, places).tolist()
+        scale = float(np.abs(inverse[:, :3]).max())
+        up = tuple(a - m for a, m in zip(above, middle, strict=True))
+        planes = 0.9 * (distance + low) * scale, 1.1 * (distance + high) * scale
+        camera = Camera("perspective", tuple(eye), tuple(middle), up, self.screen_height * scale, *planes)
+        steps = self.count - (self.spacing == "ends")
+        sine, cosine = sincospi(self.view_cone * (2 * index + 1 - self.count) / (2 * max(steps, 1)) / 180)
+        shift = distance * scale * (sine / cosine)
+        view = camera.view(self.width, self.height, guard, shift=shift, aspect=self.aspect)
+        return replace(view, name=f"view_{index:03d}")

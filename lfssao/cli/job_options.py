@@ -43,6 +43,8 @@ _HELP = {
     "--display": "a preset, such as c80, or looking-glass-portrait, a quilt of views ('lfssao display' lists them), or "
     "a .toml file (default: sample-a)",
     "--modules": "modules, or a quilt's views, A to B - 1 only, or A alone (default: all)",
+    "--quilt": "write a picture of all views of a quilt, view 0 below on the left, of these layers: shaded (default), "
+    "color, merged, ao_1, ...; such as merged_qs8x6a0.75.png, occlusion in codes from 0, open, to 255",
     "--camera": "an ordinary view by Algorithm 1 instead of a display: perspective (default) or orthographic; "
     "SCENE goes before it",
     "--eye": "place of the camera, world units (default: before the scene's +Z side); --eye=-1,0,2 if it begins with -",
@@ -110,6 +112,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("--texture", metavar="IMAGE")
     add("--display", metavar="NAME")
     add("--modules", type=values.module_range, metavar="A[:B]")
+    add("--quilt", type=lambda text: tuple(text.split(",")), metavar="LAYER,...")
     add("--camera", nargs="?", const="perspective", metavar="PROJECTION")
     for name in ("--eye", "--target", "--up"):
         add(name, type=values.vector, metavar="X,Y,Z")
@@ -176,8 +179,8 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
         "settings": manifest.describe_settings(settings),
     }
     frames = tuple(boxes), None if transforms is None else tuple(transforms)
-    folder = Path(options.output or ".")
-    return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, options.single_part)
+    folder, quilts = Path(options.output or "."), _quilts(options, display, settings, mesh, len(views))
+    return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, options.single_part, quilts)
 
 
 def _display(options: argparse.Namespace) -> Display | Quilt:
@@ -201,6 +204,24 @@ def _sizes(options: argparse.Namespace, display: Display | Quilt) -> set[Size]:
     if options.camera is not None or options.resolution is not None:
         sizes = [options.resolution or CAMERA_RESOLUTION]
     return {(width + 2 * options.guard, height + 2 * options.guard) for width, height in sizes}
+
+
+def _quilts(
+    options: argparse.Namespace, display: Display | Quilt, settings: Settings, mesh: Mesh, count: int
+) -> dict[str, str]:
+    """Names of the pictures of all views of a quilt by layers; none by default where one is missing."""
+    asked, kept = options.quilt, settings.kept
+    if options.camera is not None or not isinstance(display, Quilt) or count < display.count:
+        if asked is not None:
+            raise InputError("--quilt is for all views of a quilt: it needs --display of one, and no --modules")
+        return {}
+    shown = ["merged", "blurred", "shaded", *(["color"] if mesh.paint is not None else [])]
+    layers = [name for name in shown if name in kept]
+    layers += [f"ao_{k + 1}" for k in range(len(settings.radii)) if "ao" in kept]
+    for name in asked or ():
+        with errors_of("--quilt"):
+            check_choice("layer", name, layers)
+    return {name: display.file_name(name) for name in asked or layers if asked or name == "shaded"}
 
 
 def ao_settings(

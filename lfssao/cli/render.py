@@ -23,7 +23,7 @@ def add_to(render: argparse.ArgumentParser) -> None:
     render.description = """Ray cast a scene from every optical module of a light field display, compute ambient
         occlusion for several radii (by LF Algorithm 2, or by --estimator), merge, blur and multiply it in, and write
         one EXR file a module, manifest.json, contact.png and, of a whole display, view.png: what an eye in its middle
-        sees."""
+        sees. A quilt has views for modules, by LF Algorithm 1, and a picture of all of them."""
     render.set_defaults(run=_render)
     add_options(render, output=True)
 
@@ -56,7 +56,7 @@ def _render(options: argparse.Namespace) -> None:
         for _ in stack.enter_context(closing(run(job, threads, found, executor, sent, seconds))):
             bar.update()
     written = f"{len(job.views)} EXR file{'s' * (len(job.views) > 1)}, manifest.json" + ", contact.png" * job.has_sheet
-    written += ", view.png" * job.has_view
+    written += ", view.png" * job.has_view + "".join(f", {name}" for name in job.quilts.values())
     if job.transforms is not None:
         written = f"{job.frame_count} frame{'s' * (job.frame_count > 1)}, each {written}"
         written += f"; {ANIMATION}" * job.has_sheet

@@ -1,7 +1,7 @@
 """A render job as items that depend on nothing but the job: one view of one frame each."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -41,6 +41,7 @@ class Job:
     boxes: tuple[NDArray[np.float64], ...]  # around the scene in each frame, (2, 3)
     transforms: tuple[Matrix, ...] | None = None  # world -> world of each frame, (3, 4) float64; None for a still
     single_part: bool = False  # whether each file has all channels in one part
+    quilts: Mapping[str, str] = field(default_factory=dict)  # names of pictures of all views of a quilt, by layers
 
     def __post_init__(self) -> None:
         if self.settings.kept == ("color",) and self.mesh.paint is None:

@@ -30,6 +30,7 @@ from lfssao.rendering.folder import display_of, fill
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.manifest import FORMAT, MANIFEST, NOISE, describe_view, digest, name_of_noise
 from lfssao.rendering.passes import Textures
+from lfssao.rendering.quilts import write_quilts
 from lfssao.rendering.settings import Settings
 from lfssao.rendering.viewer import LightField
 
@@ -193,7 +194,8 @@ def make_ready(job: Job, items: Collection[Item]) -> None:
     for frame in range(job.frame_count):
         remove_leftovers(job.frame_folder(frame))
     frames = {item.frame for item in items}
-    old = [job.frame_folder(frame) / name for frame in frames for name in (MANIFEST, *NOISE.values(), SHEET, VIEW)]
+    names = MANIFEST, *NOISE.values(), SHEET, VIEW, *job.quilts.values()
+    old = [job.frame_folder(frame) / name for frame in frames for name in names]
     for path in (job.folder / ANIMATION, *old):
         if path.exists() and not path.is_dir():
             path.unlink(missing_ok=True)  # another task of the job may be as far
@@ -205,7 +207,7 @@ def make_ready(job: Job, items: Collection[Item]) -> None:
 def write_frame(
     job: Job, frame: int, results: Sequence[Result], seconds: dict[str, float], field: LightField | None
 ) -> Image | None:
-    """Write a frame's contact sheet, if it has one, and its manifest, from its views' results and the job's times.
+    """Write a frame's contact sheet, manifest and pictures, from its views' results and the job's times.
 
     ``field`` has textures of view.png; the others are read from the files. Returned is the picture of the frame's
     middle view with AO, if it has a sheet.
@@ -233,6 +235,8 @@ def write_frame(
         "views": entries,
     }
     write_manifest(folder, manifest, job.settings)
+    if job.quilts:
+        write_quilts(folder, job.quilts, entries, job.head["quilt"]["columns"], job.head["quilt"]["rows"])
     if job.has_view:
         write_whole(folder / VIEW, partial(_view(job, results, field).save, compress_level=1))
     return with_ao(strips[len(strips) // 2][1]) if strips else None

@@ -208,6 +208,7 @@ def test_render_view_by_view(small, tmp_path, capsys):
     some = render_files(tmp_path / "some", *job, "--modules", "4:6")
     for name in names[4:]:
         assert (some / f"{name}.exr").read_bytes() == (whole / f"{name}.exr").read_bytes()
+    assert not list(some.glob("*_qs*"))
     (whole / "view_003.exr").unlink()
     before = (whole / "view_000.exr").stat().st_mtime_ns
     render_files(whole, *job, "--resume")

@@ -15,7 +15,7 @@ from lfssao.optics.view import finite_numbers
 _MISSING = object()
 
 _MOST_BITS = 14_000  # of a whole number; of more Python refuses to write the digits
-_OF_QUILTS = "looking-glass-"  # begins the names of the presets that are quilts
+_PRESETS = resources.files("lfssao.optics").joinpath("presets")
 MOST_MODULES = 10_000  # a hundred times the largest display that is published; beyond it the number is a slip
 
 
@@ -25,9 +25,9 @@ def display_names(quilts: bool = False) -> list[str]:
     >>> "sample-a" in lfssao.display_names(), lfssao.display_names(quilts=True)
     (True, ['looking-glass-go', 'looking-glass-portrait'])
     """
-    files = resources.files("lfssao.optics").joinpath("presets").iterdir()
-    names = sorted(entry.name.removesuffix(".toml") for entry in files if entry.name.endswith(".toml"))
-    return [name for name in names if name.startswith(_OF_QUILTS) == quilts]
+    files = [file for file in _PRESETS.iterdir() if file.name.endswith(".toml")]
+    chosen = [file for file in files if ('kind = "quilt"' in file.read_text(encoding="utf-8")) == quilts]
+    return sorted(file.name.removesuffix(".toml") for file in chosen)
 
 
 def display_text(name: str) -> str:
@@ -41,7 +41,7 @@ def display_text(name: str) -> str:
     names = [*display_names(), *display_names(quilts=True)]
     if name not in names:
         raise no_such("display", name, [*names, "or a .toml file"])
-    return resources.files("lfssao.optics").joinpath("presets", f"{name}.toml").read_text(encoding="utf-8")
+    return _PRESETS.joinpath(f"{name}.toml").read_text(encoding="utf-8")
 
 
 def find_views(name: str | Path | Display | Quilt) -> Display | Quilt:

@@ -1,5 +1,6 @@
 """Pictures of all views of a quilt, view 0 below on the left, as programs for displays behind lenses read them."""
 
+import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,12 @@ def place_of(index: int, columns: int, rows: int, size: tuple[int, int]) -> tupl
     """Rows and columns of pixels of a view, a number from 0, each view of ``size`` (width, height)."""
     row, column = rows - 1 - index // columns, index % columns
     return slice(row * size[1], (row + 1) * size[1]), slice(column * size[0], (column + 1) * size[0])
+
+
+def layout_of(stem: str) -> tuple[str, int, int] | None:
+    """First word, columns and rows of a picture's name such as ``merged_qs8x6a0.75``; None if it is none."""
+    found = re.fullmatch("(.*)_qs([0-9]{1,4})x([0-9]{1,4})(a[0-9.]+)?", stem, re.DOTALL)
+    return None if found is None else (found[1], int(found[2]), int(found[3]))
 
 
 def write_quilts(

@@ -62,7 +62,7 @@ BAD_VALUES = {
 def test_bad_values_are_refused_by_the_options_name(capsys, tmp_path, option, value):
     sentence = refused(capsys, tmp_path, "statue", option, value)
     assert option.removeprefix("--") in sentence
-    assert len(sentence) < 200
+    assert len(sentence) < 220
 
 
 FILES = {"line\nbreak.obj": "", "fine.obj": TRIANGLE, "b.png": "garbage"}

@@ -1,15 +1,39 @@
-"""Files of a folder by modules: by patterns of names that the user gives, and files that hold several modules."""
+"""Files of a folder by modules: by patterns of names that the user gives, files of several modules, and quilts."""
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from lfssao.errors import InputError
+from lfssao.rendering.folder import reading_manifest
 from lfssao.rendering.image_file import ImagePart, Size, read_image_file
+from lfssao.rendering.quilts import layout_of, place_of
 
 Files = str | Sequence[str] | Mapping[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class QuiltPicture:
+    """A picture of all views of a quilt, side by side."""
+
+    path: Path
+    layer: str  # the word that its name begins with
+    columns: int
+    rows: int
+    size: Size  # of a view
+
+    @cached_property
+    def _parts(self) -> list[ImagePart]:
+        return read_image_file(self.path)
+
+    def parts(self, index: int) -> list[ImagePart]:
+        """The parts of one view."""
+        place = place_of(index, self.columns, self.rows, self.size)
+        return [replace(p, name=self.layer, planes=tuple(plane[place] for plane in p.planes)) for p in self._parts]
 
 
 @dataclass(frozen=True)
@@ -20,9 +44,12 @@ class File:
     layer: str = ""
     by_user: bool = False
     shared: bool = False
+    quilt: QuiltPicture | None = None
 
     def parts(self, module: str, names: Sequence[str], sizes: Collection[Size]) -> list[ImagePart]:
         """The parts of one of the modules; one without name, or the only one of a user's file, has the layer's."""
+        if self.quilt is not None:
+            return self.quilt.parts(int(module.removeprefix("view_")))
         if self.shared:
             return _shared_parts(self.path, module, names, sizes)
         parts = read_image_file(self.path, sizes=sizes)
@@ -83,6 +110,34 @@ def holds_modules(path: Path, names: Sequence[str]) -> bool:
         with suppress(InputError):
             read_image_file(path, keep=note)
     return any(module_of(word, names) for word in words)
+
+
+def quilts_of(there: Iterable[Path], folder: Path, manifest: Mapping[str, Any] | None) -> list[File]:
+    """The pictures of all views, known by their names, where the reference's folder has a quilt.
+
+    InputError if the numbers of a name, or the texels of a picture, are not those of the quilt's views.
+    """
+    found: list[File] = []
+    if manifest is None or manifest.get("quilt") is None:
+        return found
+    for path in there:
+        layout = layout_of(path.stem)
+        if layout is None:
+            continue
+        layer, columns, rows = layout
+        with reading_manifest(folder):
+            quilt, view = manifest["quilt"], manifest["views"][0]["view"]
+            count = int(quilt["columns"]) * int(quilt["rows"])
+            width, height = (view[side] - 2 * view["guard"] for side in ("width", "height"))
+        if columns * rows != count:
+            raise InputError(f"{path}: its name says {columns} x {rows} views, the reference's quilt has {count}")
+        size, wanted = read_image_file(path, sizes=[])[0].planes[0].shape[::-1], (columns * width, rows * height)
+        if size != wanted:
+            texels = ["{}x{}".format(*each) for each in (size, (width, height), wanted)]
+            views = f"{columns} x {rows} views of {texels[1]}, as the reference's are, have {texels[2]}"
+            raise InputError(f"{path}: it has {texels[0]} texels, but {views}")
+        found.append(File(path, layer, quilt=QuiltPicture(path, layer, columns, rows, (width, height))))
+    return found
 
 
 def _shared_parts(path: Path, module: str, names: Sequence[str], sizes: Collection[Size]) -> list[ImagePart]:

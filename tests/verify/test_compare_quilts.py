@@ -1,0 +1,134 @@
+"""Pictures of all views of a quilt, compared with the files of its views."""
+
+import shutil
+
+import numpy as np
+import pytest
+from jobs import edit, render, sentence
+from PIL import Image
+
+from lfssao import compare, read_exr
+from lfssao.cli.main import main
+from lfssao.verify.verdict import Verdict
+
+QUILT = """kind = "quilt"
+name = "mine"
+columns = 3
+rows = 2
+resolution = [36, 48]
+aspect = 0.75
+screen_height = 0.16
+field_of_view = 14
+view_cone = 35
+roi = {min = [-0.05, -0.07, -0.04], max = [0.05, 0.07, 0.04]}
+"""
+ORDER = [3, 4, 5, 0, 1, 2]  # of the views in a picture, from the upper left
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("quilt")
+    (path / "mine.toml").write_text(QUILT)
+    return render(path / "reference", "statue", "--display", str(path / "mine.toml"), "--radii", "5%")
+
+
+@pytest.fixture
+def mine(tmp_path):
+    (tmp_path / "mine").mkdir()
+    return tmp_path / "mine"
+
+
+def tiles(folder, order, make=lambda ao: ao):
+    """Codes of the merged occlusion of views in an order."""
+    textures = [read_exr(folder / f"view_{k:03d}.exr")["merged"].pixels[..., 0] for k in order]
+    return [np.floor(255 * make(texture.astype(np.float64)) + 0.5).astype(np.uint8) for texture in textures]
+
+
+def save(path, codes, columns, colors=1):
+    lines = [np.hstack(codes[k : k + columns]) for k in range(0, len(codes), columns)]
+    picture = np.vstack(lines)
+    Image.fromarray(picture if colors == 1 else np.repeat(picture[..., None], colors, axis=2)).save(path)
+
+
+def test_a_picture_stands_for_the_files_of_all_views(folder, mine):
+    save(mine / "merged_qs3x2a0.75.png", tiles(folder, ORDER), 3)
+    report = compare(mine, folder, layers=["merged"])
+    assert report.exit_code == 0
+    assert [r.module for r in report.results] == [f"view_{k:03d}" for k in range(6)]
+    assert {r.verdict for r in report.results} == {Verdict.INSIDE}
+    assert compare(mine / "merged_qs3x2a0.75.png", folder, layers=["merged"]).exit_code == 0
+    assert compare(mine, folder).exit_code == 2  # the other layers are missing
+
+
+def test_another_layout_another_name_colours_and_visibility(folder, mine):
+    """2 columns: views 4 and 5 are above."""
+    save(mine / "ours_qs2x3.png", tiles(folder, [4, 5, 2, 3, 0, 1], lambda ao: 1 - ao), 2, colors=3)
+    rules = {"1-merged": "ours.R"}
+    assert compare(mine, folder, layers=["merged"], rules=rules).exit_code == 0
+    save(mine / "ours_qs2x3.png", tiles(folder, range(6)), 2)
+    (missing, *_) = compare(mine, folder, layers=["merged"]).results
+    assert missing.detail.endswith("if it is one of ours.Y, say so by --map, such as --map ours.Y=merged.AO")
+
+
+@pytest.mark.parametrize("order", [[0, 1, 2, 3, 4, 5], [5, 4, 3, 2, 1, 0]], ids=["from above", "from the right"])
+def test_views_in_another_order_are_wrong(folder, mine, order):
+    save(mine / "merged_qs3x2a0.75.png", tiles(folder, order), 3)
+    report = compare(mine, folder, layers=["merged"], diagnosis=False)
+    assert report.exit_code == 2
+    outside = {f"view_{right:03d}" for right, wrong in zip(ORDER, order, strict=True) if right != wrong}
+    assert {r.module for r in report.results if r.verdict is Verdict.OUTSIDE} == outside
+
+
+def test_one_code_too_many_in_one_view_is_wrong_there(folder, mine):
+    codes = tiles(folder, ORDER)
+    row, column = np.argwhere(codes[4] > 0)[0]  # the fifth from the upper left is view 1
+    codes[4][row, column] += 2
+    save(mine / "merged_qs3x2a0.75.png", codes, 3)
+    report = compare(mine, folder, layers=["merged"], diagnosis=False)
+    assert [r.module for r in report.results if r.verdict is Verdict.OUTSIDE] == ["view_001"]
+
+
+def test_files_of_views_come_first_and_a_part_of_the_views_may_be_the_reference(folder, mine, tmp_path):
+    save(mine / "merged_qs3x2a0.75.png", tiles(folder, ORDER[::-1]), 3)
+    for k in range(6):
+        shutil.copy(folder / f"view_{k:03d}.exr", mine)
+    assert compare(mine, folder).exit_code == 0
+    (tmp_path / "mine.toml").write_text(QUILT)
+    job = "statue", "--display", str(tmp_path / "mine.toml"), "--radii", "5%", "--modules", "4:6"
+    part, whole = render(tmp_path / "part", *job), tmp_path / "whole"
+    whole.mkdir()
+    save(whole / "merged_qs3x2a0.75.png", tiles(folder, ORDER), 3)
+    report = compare(whole, part, layers=["merged"])
+    assert (report.exit_code, len(report.results)) == (0, 2)
+
+
+def test_numbers_that_are_not_the_references(folder, mine, tmp_path, capsys):
+    codes, words = tiles(folder, ORDER), ["compare", str(mine), str(folder), "--layers", "merged"]
+    for name, columns, reason in (
+        ("merged_qs3x3a0.75.png", 3, "its name says 3 x 3 views, the reference's quilt has 6"),
+        (
+            "merged_qs6x1a0.75.png",
+            3,
+            "it has 108x96 texels, but 6 x 1 views of 36x48, as the reference's are, have 216",
+        ),
+        (
+            "merged_qs3x2a0.75.png",
+            2,
+            "it has 72x144 texels, but 3 x 2 views of 36x48, as the reference's are, have 108",
+        ),
+    ):
+        save(mine / name, codes, columns)
+        assert main(words) == 4
+        assert sentence(capsys).startswith(f"{mine / name}: {reason}")
+        (mine / name).unlink()
+    (mine / "merged_qs3x2a0.75.png").write_bytes(b"no picture")
+    assert main(words) == 4
+    assert "it cannot be read as an image" in sentence(capsys)
+    save(mine / "merged_qs3x2a0.75.png", codes, 3)
+    changed = shutil.copytree(folder, tmp_path / "changed")
+    edit(changed, "quilt", value={"columns": 3})
+    assert main([*words[:2], str(changed)]) == 4
+    assert "its manifest is not what 'lfssao render' writes (it has no 'rows')" in sentence(capsys)
+    edit(changed, "quilt", value=None)
+    assert main([*words[:2], str(changed)]) == 2  # of no quilt: none of its views is there
+    assert "view_000" in capsys.readouterr().out

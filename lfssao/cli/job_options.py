@@ -51,6 +51,8 @@ _HELP = {
     "--target": "the point that the camera looks at (default: the middle of the scene)",
     "--up": "a direction that appears upright (default: 0,1,0)",
     "--fov": "vertical field of view of a perspective camera, degrees (default: the scene with a small margin)",
+    "--stereo": "two views of a perspective camera, left and right, of eyes this far apart, world units: off-axis "
+    "frusta that meet at the target's distance, in the plane of the screen",
     "--resolution": "texels of each texture (default: the display's own; 1024x768 with --camera)",
     "--guard": f"guard band: texels around each texture that AO looks into, up to {MOST_GUARD} (default: 0)",
     "--radii": "radii of the sampling ball in scene units, or with %% in per cent of the scene's diagonal "
@@ -117,6 +119,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     for name in ("--eye", "--target", "--up"):
         add(name, type=values.vector, metavar="X,Y,Z")
     add("--fov", type=values.positive, metavar="DEGREES")
+    add("--stereo", type=values.positive, metavar="DISTANCE")
     add("--resolution", type=values.resolution, metavar="WxH")
     add("--guard", type=values.guard, default=0, metavar="N")
     add("--radii", type=values.radii, metavar="R,R,...")
@@ -175,6 +178,7 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
         "display": None if options.camera is not None or isinstance(display, Quilt) else asdict(display),
         **({"quilt": asdict(display)} if options.camera is None and isinstance(display, Quilt) else {}),
         "camera": options.camera,
+        **({} if options.stereo is None else {"stereo": options.stereo}),
         "sampling": sampling,
         "settings": manifest.describe_settings(settings),
     }
@@ -193,6 +197,8 @@ def _display(options: argparse.Namespace) -> Display | Quilt:
                 raise InputError(f"--{name} does not go with --camera, which renders one ordinary view")
     elif any(getattr(options, name) is not None for name in _PLACED):
         raise InputError("--eye, --target, --up and --fov place a camera: they need --camera")
+    elif options.stereo is not None:
+        raise InputError("--stereo is of the two eyes of a camera: it needs --camera")
     with errors_of("--display"):
         return find_views("sample-a" if options.display is None else options.display)
 
@@ -265,6 +271,9 @@ def _views(
         else:
             camera = Camera.placed(bounds, options.camera, **place, size=(width, height))
         check_positions(bounds, height / camera.extent)
+        if options.stereo is not None:
+            with errors_of("--stereo"):
+                return list(camera.stereo(width, height, options.stereo, options.guard)), [(), ()]
         return [camera.view(width, height, options.guard)], [()]
     if options.resolution is not None:
         display = display.with_resolution(*options.resolution)

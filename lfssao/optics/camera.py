@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from math import sqrt
+from math import inf, sqrt
 from typing import Any
 
 import numpy as np
@@ -139,9 +139,12 @@ class Camera:
         ``shift`` moves the eye to the right, world units, and leaves the window at the target's distance where it is:
         the frustum of a perspective camera leans. ``aspect`` is the window's width divided by its height; by default
         texels are square. InputError if a size is no whole number, or out of range
-        (``lfssao.optics.view.check_size``).
+        (``lfssao.optics.view.check_size``), the shift is not finite, or the aspect is not positive.
         """
         width, height, guard = check_size(width, height, guard)
+        shift = float(finite_numbers("shift", shift))
+        if aspect is not None and not 0 < as_number(aspect) < inf:
+            raise InputError(f"camera: aspect is {shown(aspect)}, it must be positive")
         eye_from_world = self._eye_from_world()
         eye_from_world[0, 3] -= shift
         perspective = self.projection == "perspective"
@@ -151,6 +154,23 @@ class Camera:
         c_u, c_v = width / 2 + guard + f_u * (shift / distance), height / 2 + guard
         lens = np.array([f_u, f_v, c_u, c_v, self.near, self.far, float(not perspective), 0.0])
         return _view(lens, eye_from_world, width + 2 * guard, height + 2 * guard, guard)
+
+    def stereo(self, width: int, height: int, separation: float, guard: int = 0) -> tuple[View, View]:
+        """Views of a left and a right eye, side by side at the camera's place, ``separation`` world units apart.
+
+        Their axes are parallel, and their windows one: what lies at the target's distance is at one place in both.
+        InputError as of ``view``, if the separation is not positive, or the camera is orthographic.
+
+        >>> camera = lfssao.Camera("perspective", (0, 0, 4), (0, 0, 0), (0, 1, 0), extent=2, near=1, far=9)
+        >>> [round(float(view.world_to_image([0, 0, 1])[0]), 6) for view in camera.stereo(60, 40, separation=0.3)]
+        [31.0, 29.0]
+        """
+        if self.projection != "perspective" or not 0 < as_number(separation) < inf:
+            wanted = "a positive distance, of a perspective camera"
+            raise InputError(f"camera: separation is {shown(separation)}, it must be {wanted}")
+        eyes = {"left": -0.5 * separation, "right": 0.5 * separation}
+        left, right = (replace(self.view(width, height, guard, shift=x), name=name) for name, x in eyes.items())
+        return left, right
 
     def _eye_from_world(self) -> Matrix:
         """World -> eye space: x right, y up, z forward."""

@@ -21,7 +21,7 @@ from lfssao.scene.mesh import Mesh
 
 _WIDEST = 50.0  # metres; no screen that scatters light fields is a tenth as wide
 _FARTHEST = 50.0  # widths of a small screen; nobody sees its light field from a tenth as far
-_OURS = r"((module|view)_\d{3,}|camera)\.exr"
+_OURS = r"((module|view)_\d{3,}|camera|left|right)\.exr"
 
 
 def warn(sentences: Iterable[str], level: int = 3) -> None:

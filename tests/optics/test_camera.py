@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from jobs import manifest_of, render, sentence
 
 from lfssao import Camera, InputError
 from lfssao.cli.main import main
@@ -137,3 +138,59 @@ def test_a_field_of_view_is_that_of_the_rays():
 def test_what_no_camera_can_be_placed_by(how, words):
     with pytest.raises(InputError, match=words):
         Camera.placed(BOX, **how)
+
+
+# Stereo
+
+
+@pytest.mark.parametrize("guard", [0, 5])
+def test_two_eyes_see_the_targets_plane_at_one_place(guard):
+    """By similar triangles: a point z before the eye is seen in the plane of d at e + (x - e) d / z, e = -+s / 2."""
+    camera = Camera("perspective", (1, 2, 7), (1, 2, 3), (0, 1, 0), extent=2, near=1, far=9)
+    left, right = camera.stereo(80, 60, 0.3, guard)
+    assert (left.name, right.name, left.width, left.guard) == ("left", "right", 80 + 2 * guard, guard)
+    for x, y, z in ((0.2, 0.1, 4.0), (0.2, 0.1, 2.5), (-0.4, 0.3, 8.0)):
+        for view, eye in ((left, -0.15), (right, 0.15)):
+            u, v, _ = view.world_to_image([1 + x, 2 + y, 7 - z])
+            assert u - guard == pytest.approx(40 + 30 * (eye + (x - eye) * 4 / z), abs=1e-12)
+            assert v - guard == pytest.approx(30 - 30 * y * 4 / z, abs=1e-12)
+    middle = camera.view(80, 60, guard)
+    np.testing.assert_array_equal(middle.lens[[0, 1, 3, 4, 5, 6, 7]], left.lens[[0, 1, 3, 4, 5, 6, 7]])
+
+
+def test_the_command_writes_both_and_mirrors_a_scene_that_is_its_own_mirror_image(tmp_path, capsys):
+    """Two triangles about x = 0, one before the target and one behind it."""
+    (tmp_path / "own.obj").write_text(
+        "v -1 -1 1\nv 1 -1 1\nv 0 1 1\nv -2 -2 -1\nv 2 -2 -1\nv 0 2 -1\nf 1 2 3\nf 4 5 6\n"
+    )
+    job = str(tmp_path / "own.obj"), "--camera", "--resolution", "64x48"
+    folder = render(tmp_path / "out", *job, "--stereo", "0.4", "--radii", "10%")
+    assert sorted(path.name for path in folder.glob("*.exr")) == ["left.exr", "right.exr"]
+    assert manifest_of(folder)["stereo"] == 0.4
+    left, right = (read_exr(folder / f"{name}.exr")["depth"].pixels[..., 0] for name in ("left", "right"))
+    assert (left != right).any()
+    np.testing.assert_array_equal(left, right[:, ::-1])
+    capsys.readouterr()
+    for words, reason in {
+        (*job, "--stereo", "0"): "--stereo: 0 is not a number above 0",
+        (job[0], "--stereo", "0.1"): "--stereo is of the two eyes of a camera: it needs --camera",
+        (*job[:2], "orthographic", "--stereo", "0.1"): "--stereo: camera: separation is 0.1, it must be a positive",
+    }.items():
+        assert main(["render", *words, "-o", str(tmp_path / "no")]) == 2
+        assert sentence(capsys).startswith(reason)
+    assert main(["render", str(tmp_path / "own.obj"), "--camera", "--resolution", "64x48", "-o", str(folder)]) == 0
+    assert f"{folder}: left.exr, right.exr are left there of another job" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("separation", [0, -0.1, math.inf, math.nan, "1", None])
+def test_eyes_are_a_positive_distance_apart(separation):
+    camera = Camera("perspective", (0, 0, 4), (0, 0, 0), (0, 1, 0), 2, 1, 9)
+    with pytest.raises(InputError, match="camera: separation is "):
+        camera.stereo(80, 60, separation)
+    with pytest.raises(InputError, match="camera: aspect is "):
+        camera.view(80, 60, aspect=separation or 0.0)
+
+
+def test_an_eye_is_moved_by_a_number():
+    with pytest.raises(InputError, match="shift is nan, it must be a finite number"):
+        Camera("perspective", (0, 0, 4), (0, 0, 0), (0, 1, 0), 2, 1, 9).view(80, 60, shift=math.nan)

@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lfssao.cli import values
 from lfssao.cli.job_options import add_ao_options, ao_settings
 from lfssao.cli.terminal import printable, working
 from lfssao.core.files import check_folder, output_folder
+from lfssao.core.srgb import decode
 from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.rendering.conversion import buffers_of
@@ -36,16 +38,20 @@ _MAP = """a layer or channel of the files is the layer or channel of an option, 
     given several times"""
 _LAYERS = f"write only these of {', '.join(LAYERS)} (default: all that there are, but bent)"
 _FILE: dict[str, Any] = {"type": Path, "metavar": "FILE"}
+_WHOLE = ("uint8", "uint16")
 _FEW = 6  # channels of a layer that a sentence names
-_BUFFERS = "how they were seen and what they hold: a .toml file (see below), or a folder that 'lfssao render' wrote"
+_BUFFERS = """how they were seen and what they hold: a .toml file (see below), a folder that 'lfssao render' wrote, or a
+    .json file of a set of cameras in MPEG's axes"""
+_CODED = {"depth": "depth_bits", "image": "color_bits"}  # textures that may be whole numbers, and the key of their bits
 
 
 def add_to(ao: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     ao.description = """Compute the ambient occlusion of another renderer's textures by any estimator, merge, blur and
         shade, and write what 'lfssao render' writes, under the name of the depth's file: a reference for 'lfssao
-        compare'. Textures are EXR, TIFF or NPY files, float32 or half. A data window larger than the display window
-        by N on each side has a guard band of N texels, which AO looks into and the output has not."""
+        compare'. Textures are EXR, TIFF or NPY files, float32 or half; depth and colour may be codes, in PNG too. A
+        data window larger than the display window by N on each side has a guard band of N texels, which AO looks into
+        and the output has not."""
     ao.set_defaults(run=_ao)
     add = ao.add_argument
     add("--depth", **_FILE, required=True, help="the layer depth (Z), or the only one of one channel")
@@ -55,7 +61,8 @@ def add_to(ao: argparse.ArgumentParser) -> None:
     add("--image", **_FILE, help="linear colour, the layer color or the only one of three channels, to be shaded too")
     add("--map", action="append", default=[], metavar="MINE=LAYER", help=_MAP)
     add("--buffers", **_FILE, required=True, help=_BUFFERS)
-    add("--view", metavar="NAME", help="the view of such a folder (default: that of the name of the depth's file)")
+    of_view = "the view of such a folder, or the camera of such a set (default: that of the name of the depth's file)"
+    add("--view", metavar="NAME", help=of_view)
     several: dict[str, Any] = {"type": lambda text: tuple(map(values.radius, text.split(","))), "metavar": "R,R,..."}
     add("--radii", **several, required=True, help="radii of the sampling ball, world units")
     add_ao_options(ao)
@@ -79,9 +86,12 @@ def _ao(options: argparse.Namespace) -> None:
     size, guard = depth.shape[::-1], guard_of(margins)
     sampling, settings = ao_settings(options, options.radii, {size}, normals=kind, layers=layers)
     said = read_description(options.buffers, options.view or options.depth.stem, (*size, guard))
-    textures = {"depth": depth}
+    textures = {"depth": _numbers("depth", options.depth, depth, said.depth_bits)}
     for name, path in list(given.items())[1:]:
-        textures[name], others = _read(name, path, rules, size, name == "normals" and "octahedral" in said.normals_kind)
+        texture, others = _read(name, path, rules, size, name == "normals" and "octahedral" in said.normals_kind)
+        textures[name] = _numbers(name, path, texture, said.color_bits)
+        if texture.dtype.kind == "u":
+            textures[name] = decode(textures[name])
         if margins is not None and others is not None and others != margins:
             raise InputError(f"--{name}: {path}: its guard band is of {others[0]} texels, that of depth of {guard}")
     buffers = buffers_of(textures, said)
@@ -118,7 +128,7 @@ def _layers(asked: tuple[str, ...] | None, given: Mapping[str, Path]) -> tuple[s
 
 def _read(
     option: str, path: Path, rules: Mapping[str, str], size: Size | None = None, octahedral: bool = False
-) -> tuple[Single, Margins | None]:
+) -> tuple[NDArray[Any], Margins | None]:
     """A layer of a file, (H, W) or (H, W, count), and its margins; alpha is left out.
 
     ``rules`` are names of layers and channels here, each with the file's own. InputError if it is not there, of another
@@ -127,18 +137,31 @@ def _read(
     name, channels = _TEXTURES[option]
     channels = channels[: 2 if octahedral else None]
     with errors_of(f"--{option}"):
-        parts = read_image_file(path, ("openexr", "tiff"), sizes=None if size is None else [size])
+        formats = ("openexr", "tiff", *(["png"] if option in _CODED else []))
+        parts = read_image_file(path, formats, sizes=None if size is None else [size])
         with errors_of(str(path)):
             layer = _layer(parts, Layer(name, channels, (), None), rules)
             planes = layer.planes
             if size is not None and planes[0].shape[::-1] != size:
                 there, wanted = ("{}x{}".format(*each) for each in (planes[0].shape[::-1], size))
                 raise InputError(f"it has {there} texels, depth has {wanted}")
-            if {str(plane.dtype) for plane in planes} - {"float16", "float32"}:
+            if {str(plane.dtype) for plane in planes} - {"float16", "float32", *(_WHOLE if option in _CODED else ())}:
                 raise InputError(f"it is of {planes[0].dtype}, expected float32 or half")
             guard_of(layer.margins)
-    texture = np.stack(planes, axis=-1).astype(np.float32)
+    texture = np.stack(planes, axis=-1)
     return texture[..., 0] if len(channels) == 1 else texture, layer.margins
+
+
+def _numbers(option: str, path: Path, texture: NDArray[Any], bits: int | None) -> Single:
+    """A texture as float32; InputError for codes of which the bits are not said, or that have more."""
+    if texture.dtype.kind == "f":
+        return texture.astype(np.float32)
+    if bits is None:
+        wanted = f"expected float32 or half, or {_CODED[option]} in the file of --buffers"
+        raise InputError(f"--{option}: {path}: it is of {texture.dtype}, {wanted}")
+    if (most := int(texture.max())) >= 2**bits:
+        raise InputError(f"--{option}: {path}: it has a code {most}, which {bits} bits do not hold")
+    return texture.astype(np.float32) / np.float32(2**bits - 1)
 
 
 def _layer(parts: Sequence[ImagePart], wanted: Layer, rules: Mapping[str, str]) -> Layer:

@@ -82,7 +82,7 @@ def parse_display(text: str, origin: str) -> Display | Quilt:
     'virtual'
     """
     check_type("text", text, str)
-    root = _Table(parse_toml(text, origin))
+    root = Table(parse_toml(text, origin))
     with errors_of(origin):
         if root.choice("kind", ("modules", "quilt"), "modules") == "quilt":
             return _quilt(root)
@@ -107,7 +107,7 @@ def parse_display(text: str, origin: str) -> Display | Quilt:
     return display
 
 
-def _quilt(root: "_Table") -> Quilt:
+def _quilt(root: "Table") -> Quilt:
     roi = root.table("roi")
     width, height = root.resolution()
     quilt = Quilt(
@@ -143,7 +143,7 @@ def parse_toml(text: str, origin: str) -> dict[str, Any]:
     return values
 
 
-def _curvature(table: "_Table", shapes: tuple[str, ...], default_radius: Any = _MISSING) -> float:
+def _curvature(table: "Table", shapes: tuple[str, ...], default_radius: Any = _MISSING) -> float:
     """1 / radius with its sign: 0 for the first shape, positive for the second, negative for the third."""
     shape = table.choice("shape", shapes, shapes[0])
     if shape == shapes[0]:
@@ -154,7 +154,7 @@ def _curvature(table: "_Table", shapes: tuple[str, ...], default_radius: Any = _
     return float((1.0 if shape == shapes[1] else -1.0) / radius)
 
 
-def _modules(table: "_Table") -> tuple[Module, ...]:
+def _modules(table: "Table") -> tuple[Module, ...]:
     layout = table.choice("layout", ("line", "arc", "list"))
     if layout == "list":
         modules = []
@@ -172,7 +172,7 @@ def _modules(table: "_Table") -> tuple[Module, ...]:
     return _arc(table, count, y, optics)
 
 
-def _arc(table: "_Table", count: int, y: float, optics: dict[str, Any]) -> tuple[Module, ...]:
+def _arc(table: "Table", count: int, y: float, optics: dict[str, Any]) -> tuple[Module, ...]:
     """Modules on an arc about the vertical axis through (0, center_z); where they have a field of view, facing it."""
     radius, centre = table.numbers("radius"), table.numbers("center_z", default=0.0)
     first, last = table.numbers("angles", 2)
@@ -192,7 +192,7 @@ def _step(first: float, last: float, k: int, count: int) -> float:
     return (first * (count - 1 - k) + last * k) / (count - 1)
 
 
-def _optics(table: "_Table") -> dict[str, Any]:
+def _optics(table: "Table") -> dict[str, Any]:
     width, height = table.resolution()
     optics = {name: table.numbers(name, default=0.0) for name in ("yaw", "pitch", "roll", "k1", "k2")}
     optics["field_of_view"] = table.numbers("field_of_view", default=None)
@@ -200,8 +200,8 @@ def _optics(table: "_Table") -> dict[str, Any]:
     return {"width": width, "height": height, **optics}
 
 
-class _Table:
-    """A table of a TOML file that knows its path and which of its keys were asked for."""
+class Table:
+    """A table of a file that knows its path and which of its keys were asked for."""
 
     def __init__(self, values: dict[str, Any], path: str = "") -> None:
         self._values = values
@@ -209,6 +209,7 @@ class _Table:
         self._known: set[str] = set()
 
     def wrong(self, key: str, reason: str) -> InputError:
+        """The error that says why a key's value is refused."""
         return InputError(f"{self._path}{key}: {reason}")
 
     def _get(self, key: str, default: Any = _MISSING) -> Any:
@@ -218,26 +219,30 @@ class _Table:
             raise self.wrong(key, "it is missing")
         return value
 
-    def table(self, key: str) -> "_Table":
+    def table(self, key: str) -> "Table":
+        """A table in the table."""
         value = self._get(key)
         if not isinstance(value, dict):
             raise self.wrong(key, "it must be a table")
-        return _Table(value, f"{self._path}{key}.")
+        return Table(value, f"{self._path}{key}.")
 
-    def tables(self, key: str) -> list["_Table"]:
+    def tables(self, key: str) -> list["Table"]:
+        """An array of tables."""
         value = self._get(key)
         if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
             raise self.wrong(key, "it must be an array of tables")
-        return [_Table(entry, f"{self._path}{key}[{k}].") for k, entry in enumerate(value)]
+        return [Table(entry, f"{self._path}{key}[{k}].") for k, entry in enumerate(value)]
 
-    def text(self, key: str, default: Any = _MISSING) -> str:
+    def text(self, key: str, default: Any = _MISSING) -> Any:
+        """A text that is not empty, or the default."""
         value = self._get(key, default)
-        if not isinstance(value, str) or not value:
+        if value is not default and (not isinstance(value, str) or not value):
             raise self.wrong(key, f"it is {value!r:.60}, it must be a text")
         return value
 
     def choice(self, key: str, choices: tuple[str, ...], default: Any = _MISSING) -> str:
-        value = self.text(key, default)
+        """One of some texts."""
+        value: str = self.text(key, default)
         with errors_of(f"{self._path}{key}"):
             check_choice(key, value, choices)
         return value
@@ -257,11 +262,11 @@ class _Table:
         found = finite_numbers(f"{self._path}{key}", value, *count).tolist()
         return tuple(found) if count else found
 
-    def resolution(self) -> tuple[int, int]:
+    def resolution(self, key: str = "resolution") -> tuple[int, int]:
         """Two whole numbers of texels."""
-        width, height = self.numbers("resolution", 2)
+        width, height = self.numbers(key, 2)
         if width != int(width) or height != int(height):
-            raise self.wrong("resolution", f"it is [{width}, {height}], it must be two whole numbers of texels")
+            raise self.wrong(key, f"it is [{width}, {height}], it must be two whole numbers of texels")
         return int(width), int(height)
 
     def refuse_rest(self) -> None:

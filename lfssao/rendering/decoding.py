@@ -49,7 +49,8 @@ def distances(depth: Single, said: Description, rows: Texels = None, columns: Te
         share = 0.5 * d + 0.5 if kind == "window-gl" else 1 - d if kind == "reversed" else d
         z = near + share * (far - near) if orthographic else near / (1 - share * (1 - near / far))
     background = np.isposinf(d) | ((share == 1) & (kind != "image"))
-    return np.where(background, np.inf, np.where((share > 0) & (share < 1), z, np.nan))
+    inside = (share > 0) | ((share == 0) & (said.depth_bits is not None))  # codes are clamped to the planes
+    return np.where(background, np.inf, np.where(inside & (share < 1), z, np.nan))
 
 
 def along_axis(d: Double, said: Description, rows: Texels = None, columns: Texels = None) -> Double:

@@ -1,4 +1,4 @@
-"""How somebody's textures were seen and what they hold: a TOML file, or a view of a folder that ``render`` wrote."""
+"""How somebody's textures were seen and what they hold: a TOML file, a set of cameras, or a folder of ``render``."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lfssao.core.affine import Matrix, multiply, to_4x4
-from lfssao.core.files import read_text
+from lfssao.core.arguments import check_whole
+from lfssao.core.files import read_json, read_text
 from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.camera import view_of_matrix
 from lfssao.optics.display import PHYSICAL_Z
 from lfssao.optics.display_file import find_display, parse_toml
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, Slits
 from lfssao.optics.view import KINDS, View, WorldToImage, finite_numbers, inverse_of
+from lfssao.rendering.camera_set import MOST_BITS, camera_of_set
 from lfssao.rendering.folder import load_manifest, reading_manifest
 from lfssao.rendering.manifest import MANIFEST, view_of
 
@@ -49,6 +51,9 @@ class Description:
     depth_kind: str = "image"
     depth_constant: float | None = None  # C of 'logarithmic'
     background: float | None = None  # a depth, as it is stored, of texels without a surface, next to those of its kind
+    # Bits of whole numbers, by whose largest they are divided; colours of such are sRGB
+    depth_bits: int | None = None
+    color_bits: int | None = None
     positions_space: str = "world"  # or 'view', the eye space
     normals_space: str = "world"  # as positions_space
     # 'xyz', 'unorm' (n / 2 + 1 / 2), or two numbers of -1 to 1, 'octahedral', or of 0 to 1, 'octahedral unorm'
@@ -66,6 +71,8 @@ class Description:
         for name in ("depth_constant", "background"):
             if getattr(self, name) is not None:
                 finite_numbers(name, getattr(self, name))
+        for name in [each for each in ("depth_bits", "color_bits") if getattr(self, each) is not None]:
+            check_whole(name, getattr(self, name), 1, MOST_BITS)
         if self.background is not None and not abs(self.background) <= _LARGEST:
             raise InputError(f"background is {self.background:g}, which no float32 is")
         if (self.depth_kind == "logarithmic") != (self.depth_constant is not None):
@@ -85,8 +92,9 @@ _FIELDS = tuple(field.name for field in fields(Description)[2:])  # that are key
 def read_description(path: Path, name: str, size: Size) -> Description:
     """How textures of a size are to be read; InputError, with the file and the key, if a value is wrong.
 
-    ``path`` is a folder that 'lfssao render' wrote, of which the view ``name`` is taken, or a TOML file with the fields
-    of ``Description`` and ``kind``: one of ``KINDS`` with the arguments of ``WorldToImage``'s method of that name, or
+    ``path`` is a folder that 'lfssao render' wrote, of which the view ``name`` is taken, a JSON file of a set of
+    cameras, of which the camera ``name`` is (``camera_of_set``), or a TOML file with the fields of ``Description`` and
+    ``kind``: one of ``KINDS`` with the arguments of ``WorldToImage``'s method of that name, or
 
     - 'camera': ``view`` (world -> eye) and ``projection``, 4 x 4, rows as written for columns x, y, z, 1, or the
       transposes of these by ``layout`` 'columns', and ``clip``, one of ``CLIPS``: depth from -1 ('opengl') or 0 to 1, y
@@ -96,11 +104,17 @@ def read_description(path: Path, name: str, size: Size) -> Description:
     """
     if path.is_dir() or path.name == MANIFEST:
         return Description(_folder(size, str(path if path.is_dir() else path.parent), name))
-    values = parse_toml(read_text(path), str(path))
+    is_set, eye = path.suffix.lower() == ".json", None
+    said: dict[str, Any]
+    values = read_json(path) if is_set else parse_toml(read_text(path), str(path))
     with errors_of(str(path)), np.errstate(all="ignore"):  # numbers that overflow are refused
-        said = {field: values.pop(field) for field in _FIELDS if field in values}
-        view = _made(values, size)
-        eye = _rigid(values["view"], values.get("layout", LAYOUTS[0])) if "projection" in values else None
+        if is_set:
+            view, depth_bits, color_bits = camera_of_set(values, name, size)
+            said = {"depth_kind": "reversed", "depth_bits": depth_bits, "color_bits": color_bits}
+        else:
+            said = {field: values.pop(field) for field in _FIELDS if field in values}
+            view = _made(values, size)
+            eye = _rigid(values["view"], values.get("layout", LAYOUTS[0])) if "projection" in values else None
         numbers = view.lens, view.cast_from_world, view.world_from_cast, view.world_to_image.numbers
         if not all(np.isfinite(each).all() for each in numbers):
             raise InputError("its numbers are too large, or too small: those of the view are not finite")

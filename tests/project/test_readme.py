@@ -47,7 +47,7 @@ def test_its_commands_and_its_python_run_as_they_stand(tmp_path, monkeypatch, ca
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("lfssao.bench.stability.cases.CASES", [case for case in CASES if case.name == "ordinary"])
     lines = re.findall(r"^(?:.*&& \.venv/bin/)?lfssao (.*)$", "".join(blocks("sh")), re.MULTILINE)
-    assert len(lines) == 16
+    assert len(lines) == 17
     for line in lines:
         command, _, comment = line.partition("#")
         words, _, target = command.partition(">")

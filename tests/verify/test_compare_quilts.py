@@ -1,13 +1,14 @@
 """Pictures of all views of a quilt, compared with the files of its views."""
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from jobs import edit, render, sentence
 from PIL import Image
 
-from lfssao import compare, read_exr
+from lfssao import compare, read_exr, write_exr
 from lfssao.cli.main import main
 from lfssao.verify.verdict import Verdict
 
@@ -100,6 +101,17 @@ def test_files_of_views_come_first_and_a_part_of_the_views_may_be_the_reference(
     save(whole / "merged_qs3x2a0.75.png", tiles(folder, ORDER), 3)
     report = compare(whole, part, layers=["merged"])
     assert (report.exit_code, len(report.results)) == (0, 2)
+
+
+def test_the_mesh_judges_depth_from_each_eye(folder, mine):
+    """One unit in the last place more: the rays of another eye's view would find it wrong."""
+    for k in range(6):
+        parts = read_exr(folder / f"view_{k:03d}.exr")
+        depth = parts["depth"]
+        write_exr(mine / f"view_{k:03d}.exr", [replace(depth, pixels=np.nextafter(depth.pixels, np.float32(np.inf)))])
+    report = compare(mine, folder, layers=["depth"], diagnosis=False)
+    assert {r.verdict for r in report.results} == {Verdict.INSIDE}
+    assert report.exit_code == 0
 
 
 def test_numbers_that_are_not_the_references(folder, mine, tmp_path, capsys):

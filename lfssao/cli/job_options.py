@@ -176,7 +176,7 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
         "machine": manifest.describe_machine(threads, options.command),
         "scene": manifest.describe_scene(mesh),
         "display": None if options.camera is not None or isinstance(display, Quilt) else asdict(display),
-        **({"quilt": asdict(display)} if options.camera is None and isinstance(display, Quilt) else {}),
+        **({"quilt": asdict(display)} if isinstance(display, Quilt) else {}),
         "camera": options.camera,
         **({} if options.stereo is None else {"stereo": options.stereo}),
         "sampling": sampling,
@@ -217,7 +217,7 @@ def _quilts(
 ) -> dict[str, str]:
     """Names of the pictures of all views of a quilt by layers; none by default where one is missing."""
     asked, kept = options.quilt, settings.kept
-    if options.camera is not None or not isinstance(display, Quilt) or count < display.count:
+    if not isinstance(display, Quilt) or count < display.count:
         if asked is not None:
             raise InputError("--quilt is for all views of a quilt: it needs --display of one, and no --modules")
         return {}

@@ -4,7 +4,7 @@ Physical space is that of ``lfssao.optics.display``: the screen lies in z = 0, t
 """
 
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, sqrt
 
 import numpy as np
 
@@ -117,7 +117,8 @@ class Quilt:
         distance, (low, high) = self.distance, (corner[2] for corner in self.roi)
         places = np.array([[0, 0, -distance], [0, 0, 0], [0, self.screen_height, 0]], np.float64)
         eye, middle, above = transform_points(inverse, places).tolist()
-        scale = float(np.abs(inverse[:, :3]).max())
+        x, y, z = np.subtract(middle, eye).tolist()
+        scale = sqrt((x * x + y * y) + z * z) / distance
         up = tuple(a - m for a, m in zip(above, middle, strict=True))
         planes = 0.9 * (distance + low) * scale, 1.1 * (distance + high) * scale
         camera = Camera("perspective", tuple(eye), tuple(middle), up, self.screen_height * scale, *planes)

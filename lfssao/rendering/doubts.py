@@ -32,10 +32,11 @@ def warn(sentences: Iterable[str], level: int = 3) -> None:
 
 def of_display(display: Display | Quilt) -> Iterator[str]:
     """Numbers that look like millimetres."""
-    if max(display.screen_width, display.screen_height) > _WIDEST:
+    is_wide = max(display.screen_width, display.screen_height) > _WIDEST
+    if is_wide:
         size = f"{display.screen_width:g} x {display.screen_height:g}"
         yield f"display {display.name}: its screen is {size} metres large: did you mean millimetres?"
-    if isinstance(display, Quilt) or max(display.screen_width, display.screen_height) > _WIDEST:
+    if is_wide or isinstance(display, Quilt):
         return
     limit = min(_WIDEST, _FARTHEST * max(display.screen_width, display.screen_height))
     large = [f"{name} is {length:g}" for name, length in _lengths(display) if abs(length) > limit]

@@ -1,5 +1,6 @@
 """Quilts: matrices against two public programs', parallax, files and what is refused."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -101,7 +102,8 @@ def board(left, right, z):
 def test_a_board_in_the_screen_stays_and_others_move(z, guard):
     """An edge at x = 0.01: seen from e across the screen at x + (x - e) z / (D - z), z towards the viewers."""
     quilt = PORTRAIT.with_resolution(240, 4)
-    box = np.array(quilt.roi)
+    box = np.array(((-0.05, -0.07, -0.04), (0.05, 0.07, 0.04)))
+    quilt = replace(quilt, roi=tuple(map(tuple, box.tolist())))
     views = module_views(board(0.01, 0.05, z), quilt, guard=guard, bounds=box)
     caster, texels = RayCaster(board(0.01, 0.05, z), views[0].cast_from_world), 240 / quilt.screen_width
     eyes = quilt.distance * np.tan(np.radians(35 * (np.arange(48) / 47 - 0.5)))
@@ -147,6 +149,28 @@ def test_presets():
         assert all(any(word in line for word in sources) for line in values if not line.startswith(("kind", "name")))
 
 
+@pytest.mark.parametrize("quilt", [PORTRAIT, GO], ids=["portrait", "go"])
+def test_every_view_shows_all_of_the_roi(quilt):
+    corners = np.array(list(itertools.product(*np.transpose(quilt.roi)))) * [1, 1, -1]
+    for index in range(quilt.count):
+        u, v, depth = quilt.view(index, FLIP).world_to_image(corners).T
+        assert 0 < u.min() < u.max() < quilt.width
+        assert 0 < v.min() < v.max() < quilt.height
+        assert 0 < depth.min() < depth.max() < 1
+
+
+def test_the_world_may_have_any_scale_and_place():
+    """A map of scale 1/40 about a place, as of scenes in other units: the same texels, and planes 40 times as far."""
+    moved = np.column_stack([np.diag([0.025, 0.025, -0.025]), [0.1, -0.2, 0.3]])
+    point = np.array([0.01, 0.02, -0.03])
+    for index in (0, 30):
+        wanted = PORTRAIT.view(index, FLIP).world_to_image(point * [1, 1, -1])
+        view = PORTRAIT.view(index, moved)
+        world = (point - moved[:, 3]) / np.diag(moved)
+        np.testing.assert_allclose(view.world_to_image(world), wanted, rtol=0, atol=1e-9)
+        assert view.lens[4] == pytest.approx(40 * PORTRAIT.view(index, FLIP).lens[4], rel=1e-12)
+
+
 def test_the_command_prints_and_lists_them(capsys, small):
     assert main(["display", "looking-glass-go"]) == 0
     assert capsys.readouterr().out == display_text("looking-glass-go")
@@ -156,6 +180,9 @@ def test_the_command_prints_and_lists_them(capsys, small):
     assert capsys.readouterr().out.splitlines()[-1].endswith("views. 0.12 x 0.161 m, quilt of 8 x 6 views")
     assert main(["display", str(small), "--plot"]) == 2
     assert "small: it is a quilt" in sentence(capsys)
+    small.write_text(SMALL.replace("height = 0.16", "height = 160"))
+    assert main(["display", str(small)]) == 0
+    assert "small: its screen is 120 x 160 metres large: did you mean millimetres?" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("line", "reason"), [

@@ -141,6 +141,12 @@ def test_numbers_that_are_not_the_references(folder, mine, tmp_path, capsys):
     edit(changed, "quilt", value={"columns": 3})
     assert main([*words[:2], str(changed)]) == 4
     assert "its manifest is not what 'lfssao render' writes (it has no 'rows')" in sentence(capsys)
+    edit(changed, "quilt", value={"columns": 3, "rows": 2})
+    for wrong in ("view_006", "view_-01", "other"):
+        edit(changed, "views", 5, "name", value=wrong)
+        assert main([*words[:2], str(changed)]) == 4
+        assert "its manifest is not what 'lfssao render' writes (ValueError: " in sentence(capsys)
+    edit(changed, "views", 5, "name", value="view_005")
     edit(changed, "quilt", value=None)
     assert main([*words[:2], str(changed)]) == 2  # of no quilt: none of its views is there
     assert "view_000" in capsys.readouterr().out

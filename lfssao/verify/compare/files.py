@@ -128,6 +128,9 @@ def quilts_of(there: Iterable[Path], folder: Path, manifest: Mapping[str, Any] |
         with reading_manifest(folder):
             quilt, view = manifest["quilt"], manifest["views"][0]["view"]
             count = int(quilt["columns"]) * int(quilt["rows"])
+            numbers = [int(entry["name"].removeprefix("view_")) for entry in manifest["views"]]
+            if not 0 <= min(numbers) <= max(numbers) < count:
+                raise ValueError(f"views are not those of the quilt: {numbers}")
             width, height = (view[side] - 2 * view["guard"] for side in ("width", "height"))
         if columns * rows != count:
             raise InputError(f"{path}: its name says {columns} x {rows} views, the reference's quilt has {count}")

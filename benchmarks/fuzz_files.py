@@ -25,7 +25,8 @@ from lfssao.cli.main import main
 from lfssao.cli.terminal import BAD_INPUT, NOT_COMPARED
 from lfssao.errors import InputError
 from lfssao.optics.camera import Camera
-from lfssao.optics.display_file import display_text, find_display
+from lfssao.optics.display_file import display_text, find_views
+from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import KINDS
 from lfssao.rendering.animation import frame_bounds, read_transforms
 from lfssao.rendering.exr import read_exr, write_exr
@@ -83,7 +84,7 @@ def _rendered() -> Files:
 
 
 def displays() -> list[Files]:
-    names = "sample-a", "convex", "c80", "virtual", "sample-b"
+    names = "sample-a", "convex", "c80", "virtual", "sample-b", "looking-glass-portrait"
     listed = "\n".join(
         ['name = "mine"', "[screen]", "width = 1.0", "height = 0.5", "[observer]", "distance = 2.0", "[roi]",
          "min = [-0.3, -0.2, -0.1]", "max = [0.3, 0.2, 0.1]", "[modules]", 'layout = "list"',
@@ -94,8 +95,8 @@ def displays() -> list[Files]:
 
 def load_display(path: Path) -> None:
     run("display", path)
-    display, mesh = find_display(path), builtin_scene("corner")
-    last = len(display.modules) - 1
+    display, mesh = find_views(path), builtin_scene("corner")
+    last = (display.count if isinstance(display, Quilt) else len(display.modules)) - 1
     display.with_resolution(8, 6)
     for number in (0, last):
         module_views(mesh, display, range(number, number + 1))
@@ -119,7 +120,13 @@ def views() -> list[Files]:
     ]
     assert len(KINDS) == 3
     beside = {"module_003.npy": depth.getvalue(), "manifest.json": _rendered()["manifest.json"]}
-    return [{"a.toml": text.encode(), **beside} for text in kinds]
+    camera = {"Name": "module_003", "NameDepth": "a.png", "Position": [1.0, 2.0, 3.0], "Rotation": [10.0, -20.0, 5.0]}
+    camera |= {"Depth_range": [0.5, 9.0], "Resolution": [16, 12], "Projection": "Perspective", "Focal": [20.0, 20.0]}
+    camera |= {"Principle_point": [8.0, 6.0], "BitDepthColor": 8, "BitDepthDepth": 10}
+    codes = io.BytesIO()
+    np.save(codes, (600 * texture.clip(0, 1)).astype(np.uint16))
+    of_set = {"a.json": json.dumps({"cameras": [camera]}).encode(), "module_003.npy": codes.getvalue()}
+    return [*({"a.toml": text.encode(), **beside} for text in kinds), of_set]
 
 
 def load_view(path: Path) -> None:

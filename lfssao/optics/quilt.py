@@ -4,7 +4,7 @@ Physical space is that of ``lfssao.optics.display``: the screen lies in z = 0, t
 """
 
 from dataclasses import dataclass, replace
-from math import inf, sqrt
+from math import sqrt
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from lfssao.optics.view import View, check_size, finite_numbers, inverse_of
 
 SPACINGS = ("ends", "middles")
 MOST_VIEWS = 1000  # of a row or a column
+_ANGLES, _LEAST, _FARTHEST = (0.01, 179.9), 1e-9, 1e9  # no display comes near them, and no number overflows
+_LIMITS = {"aspect": (1e-3, 1e3), "screen_height": (1e-6, 1e6), "field_of_view": _ANGLES, "view_cone": _ANGLES}
 
 
 @dataclass(frozen=True)
@@ -70,15 +72,13 @@ class Quilt:
                 check_whole(key, getattr(self, key), 1, MOST_VIEWS)
             check_size(self.width, self.height)
             check_whole("texels of all views", self.count * self.width * self.height, 1, MOST_TEXELS)
-            limits = {"aspect": inf, "screen_height": inf, "field_of_view": 180, "view_cone": 180}
-            for key, most in limits.items():
-                if not 0 < as_number(getattr(self, key)) < most:
-                    between = "positive" if most == inf else f"between 0 and {most}"
-                    raise InputError(f"{key}: it is {shown(getattr(self, key))}, it must be {between}")
+            for key, (least, most) in _LIMITS.items():
+                if not least <= as_number(getattr(self, key)) <= most:
+                    raise InputError(f"{key}: it is {shown(getattr(self, key))}, it must be from {least:g} to {most:g}")
             check_choice("spacing", self.spacing, SPACINGS)
             box = as_numbers("roi", self.roi)
-            if box.shape != (2, 3) or not np.isfinite(box).all() or not (box[0] < box[1]).all():
-                raise InputError("roi: min must be less than max in x, y and z")
+            if box.shape != (2, 3) or not np.abs(box).max() <= _FARTHEST or not (box[1] - box[0] >= _LEAST).all():
+                raise InputError("roi: min must be less than max in x, y and z, metres")
             if not box[0, 2] > -self.distance:
                 raise InputError(f"roi.min: z = {box[0, 2]} reaches the eyes at z = {-self.distance:g}")
 

@@ -45,7 +45,7 @@ def camera_of_set(values: Any, name: str, size: tuple[int, int, int]) -> tuple[V
     width, height = camera.resolution("Resolution")
     if (width, height, 0) != size:
         there = "{}x{} texels and a guard band of {}".format(*size)
-        raise camera.wrong("Resolution", f"it is {width}x{height}, the textures have {there}")
+        raise camera.wrong("Resolution", f"it is {width:g}x{height:g}, the textures have {there}")
     near, far = camera.numbers("Depth_range", 2)
     focal, middle = camera.numbers("Focal", 2), camera.numbers("Principle_point", 2)
     bits = camera.whole("BitDepthDepth", MOST_BITS), camera.whole("BitDepthColor", MOST_BITS)

@@ -84,6 +84,7 @@ _HELP = {
     "--frames": "render each frame into a folder of its own, and animation.png: N frames of one turn about the "
     "vertical, or those of a .json or .npy file of 4x4 matrices that place the scene",
     "--single-part": "write all layers into one part of each EXR file, for viewers that open the first part only",
+    "--png": "write each shaded texture as an 8-bit sRGB picture too, for projectors that take no EXR",
     "--resume": "keep the textures that an interrupted job left, if their digests are right, and do the rest",
     "--scheduler": "compute on dask.distributed: local (a process for each thread), or tcp://HOST:PORT, or the "
     "FILE in which a scheduler wrote that; its workers must see the same folder",
@@ -132,6 +133,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("--threads", type=values.threads, metavar="N")
     add("--frames", type=values.frames, metavar="N|FILE")
     add("--single-part", action="store_true")
+    add("--png", action="store_true")
     add("--resume", action="store_true")
     add("--scheduler", type=values.scheduler, metavar="ADDRESS")
 
@@ -184,7 +186,8 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     }
     frames = tuple(boxes), None if transforms is None else tuple(transforms)
     folder, quilts = Path(options.output or "."), _quilts(options, display, settings, mesh, len(views))
-    return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, options.single_part, quilts)
+    forms = options.single_part, options.png, quilts
+    return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, *forms)
 
 
 def _display(options: argparse.Namespace) -> Display | Quilt:

@@ -55,8 +55,10 @@ def _render(options: argparse.Namespace) -> None:
         # Closed before the bar: files that were begun are finished first.
         for _ in stack.enter_context(closing(run(job, threads, found, executor, sent, seconds))):
             bar.update()
-    written = f"{len(job.views)} EXR file{'s' * (len(job.views) > 1)}, manifest.json" + ", contact.png" * job.has_sheet
-    written += ", view.png" * job.has_view + "".join(f", {name}" for name in job.quilts.values())
+    written = f"{len(job.views)} EXR file{'s' * (len(job.views) > 1)}"
+    written += f", {len(job.views)} PNG" * job.png + ", manifest.json"
+    written += ", contact.png" * job.has_sheet + ", view.png" * job.has_view
+    written += "".join(f", {name}" for name in job.quilts.values())
     if job.transforms is not None:
         written = f"{job.frame_count} frame{'s' * (job.frame_count > 1)}, each {written}"
         written += f"; {ANIMATION}" * job.has_sheet

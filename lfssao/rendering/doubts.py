@@ -21,7 +21,7 @@ from lfssao.scene.mesh import Mesh
 
 _WIDEST = 50.0  # metres; no screen that scatters light fields is a tenth as wide
 _FARTHEST = 50.0  # widths of a small screen; nobody sees its light field from a tenth as far
-_OURS = r"((module|view)_\d{3,}|camera|left|right)\.exr"
+_OURS = r"((module|view)_\d{3,}|camera|left|right)\.(exr|png)"
 
 
 def warn(sentences: Iterable[str], level: int = 3) -> None:
@@ -77,8 +77,8 @@ def of_views(names: Sequence[str]) -> Iterator[str]:
 
 
 def of_folder(folder: Path, own: Iterable[Path]) -> Iterator[str]:
-    """Textures in an output folder, or in its folders of frames, that are not a job's ``own``."""
-    others = {*folder.glob("*.exr"), *folder.glob("frame_*/*.exr")} - {*own}
+    """Textures and pictures in an output folder, or in its folders of frames, that are not a job's ``own``."""
+    others = {*folder.glob("*.*"), *folder.glob("frame_*/*.*")} - {*own}
     stale = sorted(str(path.relative_to(folder)) for path in others if re.fullmatch(_OURS, path.name))
     if stale:
         yield f"{folder}: {_few(stale)} {'is' if len(stale) == 1 else 'are'} left there of another job"

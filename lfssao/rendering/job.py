@@ -29,7 +29,7 @@ class Item(NamedTuple):
 class Job:
     """All that the textures of a job depend on, and where they go. It can be pickled.
 
-    InputError if colour alone is asked for and the mesh has none.
+    InputError if colour alone is asked for and the mesh has none, or pictures without the shaded texture.
     """
 
     mesh: Mesh  # before it is moved
@@ -41,11 +41,14 @@ class Job:
     boxes: tuple[NDArray[np.float64], ...]  # around the scene in each frame, (2, 3)
     transforms: tuple[Matrix, ...] | None = None  # world -> world of each frame, (3, 4) float64; None for a still
     single_part: bool = False  # whether each file has all channels in one part
+    png: bool = False  # whether a picture of the shaded texture is written beside each EXR file
     quilts: Mapping[str, str] = field(default_factory=dict)  # names of pictures of all views of a quilt, by layers
 
     def __post_init__(self) -> None:
         if self.settings.kept == ("color",) and self.mesh.paint is None:
             raise InputError(f"{self.mesh.name} has no colour, and no other layer was asked for")
+        if self.png and "shaded" not in self.settings.kept:
+            raise InputError("--png: it writes the layer shaded, which --layers leaves out")
 
     @property
     def has_sheet(self) -> bool:
@@ -75,6 +78,10 @@ class Job:
     def path(self, item: Item) -> Path:
         """The item's EXR file."""
         return self.frame_folder(item.frame) / f"{self.views[item.view].name}.exr"
+
+    def picture(self, item: Item) -> Path:
+        """The picture of the item's shaded texture, for ``png``."""
+        return self.path(item).with_suffix(".png")
 
     def items(self) -> list[Item]:
         """All items, frame by frame."""

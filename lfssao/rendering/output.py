@@ -1,4 +1,4 @@
-"""The files of a job: an EXR file a view, and the contact sheet and manifest of each frame.
+"""The files of a job: an EXR file a view, and a picture if asked for, and each frame's contact sheet and manifest.
 
 An EXR file proves itself: its metadata hold the SHA-256 of each part's pixels, that of the file, and the identity of
 the inputs that they were made from (``Job.identity``), so that a later job can take it up.
@@ -9,17 +9,19 @@ import time
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL.Image import Image
+from PIL.Image import Image, fromarray
 
 from lfssao import __version__
 from lfssao.core.affine import sum_in_order
 from lfssao.core.files import remove_leftovers, write_text, write_whole
 from lfssao.core.npy import write_npy
+from lfssao.core.pictures import image_png
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
 from lfssao.optics.view import View, without_guard
@@ -94,12 +96,27 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
     parts[0] = _with(parts[0], **_said(job, item), made_from=json.dumps(job.identity(item)))
     hashed = time.perf_counter()
     write_exr(job.path(item), parts, job.single_part, sealed=True)
+    made = _write_picture(job, item, parts)
     written = time.perf_counter()
     picture = _strip(job, item, parts)
     seconds = {"digest": hashed - begin, "write": written - hashed, "contact": time.perf_counter() - written}
     asked = job.neighbours[item.view]
     entry = entry_of(job.views[item.view], job.path(item), parts, {**textures.seconds, **seconds}, asked)
-    return Result(entry, picture)
+    return Result(entry | made, picture)
+
+
+def _write_picture(job: Job, item: Item, parts: Sequence[Part]) -> dict[str, Any]:
+    """Write the shaded texture, the first part, as 8-bit sRGB, if the job has pictures: what the entry says of it.
+
+    A file that has these bytes already stays as it is.
+    """
+    if not job.png:
+        return {}
+    path, data = job.picture(item), image_png(fromarray(to_codes(parts[0].pixels)))
+    _remove_device(path)
+    if not path.is_file() or path.read_bytes() != data:
+        write_whole(path, lambda part: part.write_bytes(data))
+    return {"picture": {"file": path.name, "sha256": sha256(data).hexdigest()}}
 
 
 def _said(job: Job, item: Item) -> dict[str, str]:
@@ -135,8 +152,8 @@ def recover_view(job: Job, item: Item) -> Result | None:
         raise InputError(f"{path}: {told}")
     if not whole:
         return None
-    picture = _strip(job, item, parts)
-    return Result({**entry, "seconds": {"verify": time.perf_counter() - start}}, picture)
+    made, picture = _write_picture(job, item, parts), _strip(job, item, parts)
+    return Result({**entry, **made, "seconds": {"verify": time.perf_counter() - start}}, picture)
 
 
 def _with(part: Part, **attributes: str | int) -> Part:
@@ -187,10 +204,10 @@ def entry_of(
 def make_ready(job: Job, items: Collection[Item]) -> None:
     """Make folders ready for the items that are still to be done.
 
-    The manifest and the sheet of an earlier job go before its files are replaced: they show files that are gone. A pipe
-    or a device in the way of a file goes, else the file would be written into it.
+    The manifest and the sheet of an earlier job go before its files are replaced: they show files that are gone.
     """
-    doubts.warn(doubts.of_folder(job.folder, map(job.path, job.items())))
+    own = [*map(job.path, job.items()), *(map(job.picture, job.items()) if job.png else ())]
+    doubts.warn(doubts.of_folder(job.folder, own))
     for frame in range(job.frame_count):
         remove_leftovers(job.frame_folder(frame))
     frames = {item.frame for item in items}
@@ -200,8 +217,13 @@ def make_ready(job: Job, items: Collection[Item]) -> None:
         if path.exists() and not path.is_dir():
             path.unlink(missing_ok=True)  # another task of the job may be as far
     for path in map(job.path, items):
-        if path.exists() and not path.is_file() and not path.is_dir():
-            path.unlink()
+        _remove_device(path)
+
+
+def _remove_device(path: Path) -> None:
+    """Remove a pipe or a device in the way of a file, else the file would be written into it."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        path.unlink()
 
 
 def write_frame(

@@ -155,6 +155,10 @@ def test_textures_of_another_job_in_the_folder(said, tmp_path):
     for name in others:
         (out / name).unlink()
     assert said("render", *FINE) == said("render", *FINE, "--resume") == []
+    assert said("render", *FINE, "--png") == []
+    assert said("render", *FINE) == [f"{out}: module_002.png, module_003.png are left there of another job"]
+    for picture in out.glob("module_*.png"):
+        picture.unlink()
     (sentence,) = said("render", *FINE, "--frames", "2")
     assert sentence == f"{out}: module_002.exr, module_003.exr are left there of another job"
 

@@ -88,6 +88,41 @@ def test_files_of_one_part_serve_as_the_others_do(folder, tmp_path):
     assert [len(read_parts(each / "module_003.exr")) for each in (one, usual)] == [1, 8]
 
 
+def srgb_codes(linear):
+    """The nearest 8-bit codes by the formula of IEC 61966-2-1, in float64, and how far each value is from a tie."""
+    light = np.clip(linear.astype(np.float64), 0, 1)
+    value = 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return np.floor(value + 0.5), abs(value - np.floor(value) - 0.5)
+
+
+@pytest.mark.parametrize("words", [("--guard", "2"), ("--single-part",), ("--frames", "2")], ids=" ".join)
+def test_pictures_are_the_shaded_textures_in_8_bits(tmp_path, words):
+    render(tmp_path, *COMMAND, *words, "--png")
+    folders = sorted(tmp_path.glob("frame_*")) or [tmp_path]
+    assert len(folders) == (2 if "--frames" in words else 1)
+    for folder in folders:
+        for view in manifest_of(folder)["views"]:
+            file = folder / view["picture"]["file"]
+            assert file.name == f"{view['name']}.png"
+            assert hashlib.sha256(file.read_bytes()).hexdigest() == view["picture"]["sha256"]
+            with Image.open(file) as image:
+                assert (image.mode, image.size) == ("RGB", (64, 48))
+                codes = np.asarray(image)
+            channels = {}
+            for part in read_parts(folder / view["file"]):
+                channels |= by_channel(*part)
+            expected, tie = srgb_codes(np.stack([channels[c] for c in "RGB"], axis=-1))
+            assert (tie > 1e-5).mean() > 0.99
+            assert np.array_equal(codes[tie > 1e-5], expected[tie > 1e-5])
+            assert len(np.unique(codes)) > 50
+
+
+def test_pictures_need_the_shaded_texture(tmp_path, capsys):
+    render(tmp_path / "out", *COMMAND, "--png", "--layers", "depth,color", code=2)
+    assert sentence(capsys) == "--png: it writes the layer shaded, which --layers leaves out"
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize(("scene", "run_lengths"), [("statue", {"shaded", "blurred"}), ("armadillo", {"blurred"})])
 def test_noise_is_packed_in_run_lengths_and_all_else_by_zip(scene, run_lengths, tmp_path):
     found = read(render(tmp_path, scene, *COMMAND[1:]) / "module_003.exr")

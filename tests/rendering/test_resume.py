@@ -290,6 +290,37 @@ def test_what_is_damaged_is_made_anew_and_the_rest_kept(undisturbed, tmp_path, d
     assert [name for name in FILES if after[name] != before[name]] == [FILES[2]]
 
 
+PICTURES = {
+    "absent": lambda path: path.unlink(),
+    "bit": flip,
+    "cut": lambda path: os.truncate(path, path.stat().st_size // 2),
+    "empty": lambda path: path.write_bytes(b""),
+    "another's": lambda path: shutil.copy(path.with_name("module_005.png"), path),
+    "pipe": lambda path: replaced(path, os.mkfifo),
+    "device": lambda path: replaced(path, lambda link: link.symlink_to("/dev/zero")),
+    "with its texture": lambda path: (path.unlink(), path.with_suffix(".exr").unlink()),
+}
+
+
+def test_a_damaged_picture_is_written_anew_from_its_texture(undisturbed, tmp_path):
+    """Also where the job had none before; pictures that are whole stay."""
+    folder = shutil.copytree(undisturbed, tmp_path / "out")
+    before, pictures = stamps(folder), [name.replace(".exr", ".png") for name in FILES]
+    run(folder, "--resume", "--png")
+    assert stamps(folder) == before
+    assert sorted(os.listdir(folder)) == sorted([*FILES, *pictures, "contact.png", "manifest.json"])
+    right, listed = {name: (folder / name).read_bytes() for name in pictures}, without_seconds(folder)
+    assert len(set(right.values())) == COUNT
+    for what, damage in PICTURES.items():
+        times = {name: (folder / name).stat().st_mtime_ns for name in pictures}
+        damage(folder / pictures[1])
+        run(folder, "--resume", "--png")
+        assert {name: (folder / name).read_bytes() for name in pictures} == right, what
+        again = {name: (folder / name).stat().st_mtime_ns for name in pictures}
+        assert [name for name in pictures if again[name] != times[name]] == [pictures[1]], what
+        assert without_seconds(folder) == listed
+
+
 @pytest.mark.parametrize(("words", "name"), [
     (["statue", *COMMAND[1:]], "scene"),
     *(([*COMMAND, *more.split()], name) for more, name in (

@@ -3,21 +3,23 @@
 import argparse
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
 
 from lfssao.cli.terminal import printable, progress, say, working
-from lfssao.cli.values import check_target, finite, whole
+from lfssao.cli.values import check_target, finite, module_range, whole
 from lfssao.core.files import write_whole
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError, check_choice
 from lfssao.rendering.contact import write_animation
 from lfssao.rendering.folder import fill, read_manifest
 from lfssao.rendering.output import SHEET, VIEW
+from lfssao.rendering.page.page import eye_page
 from lfssao.rendering.viewer import BLENDS, LightField, eye_point, eye_range
 
-MOST_WIDTH = 16_384
+MOST_WIDTH, WIDTH, PAGE_WIDTH = 16_384, 1024, 900
 MOST_FRAMES = 1000
 FRAMES = 24
 _ENDINGS = {False: (".png",), True: (".png", ".gif", ".webp")}
@@ -37,9 +39,14 @@ def add_to(view: argparse.ArgumentParser) -> None:
     add("--orbit", type=_even, nargs="?", const=FRAMES, metavar="N", help=orbit)
     named = "picture to write, .png; with --orbit .png, .gif or .webp, animated (default: DIR/eye.png or orbit.png)"
     add("-o", "--output", metavar="FILE", help=named)
+    page = """write a page without network instead, on which the eye moves by mouse and keys and AO is switched: flat
+        screens alone, shaded textures blended linearly, within one 8-bit code of the picture"""
+    add("--html", metavar="FILE", help=page)
+    add("--modules", type=module_range, metavar="A[:B]", help="modules A to B - 1 only, or A alone (default: all)")
     add("--layer", default="shaded", metavar="NAME", help="shaded, color, or ao_1, merged, ... (default: shaded)")
     add("--blend", default="linear", metavar="NAME", help="of modules: nearest, linear or gaussian (default: linear)")
-    add("--width", type=whole(1, MOST_WIDTH), default=1024, metavar="N", help="pixels across (default: 1024)")
+    across = f"pixels across (default: {WIDTH}; {PAGE_WIDTH} with --html)"
+    add("--width", type=whole(1, MOST_WIDTH), metavar="N", help=across)
 
 
 def _even(text: str) -> int:
@@ -50,6 +57,9 @@ def _even(text: str) -> int:
 
 
 def _view(options: argparse.Namespace) -> None:
+    if options.html is not None:
+        _write_page(options)
+        return
     folder, animated = Path(options.folder), options.orbit is not None
     if animated and options.eye_x is not None:
         raise InputError("--eye-x does not go with --orbit, which moves the eye")
@@ -58,7 +68,7 @@ def _view(options: argparse.Namespace) -> None:
     if target.resolve() in [(folder / name).resolve() for name in (VIEW, SHEET)]:
         raise InputError(f"--output: {target} is a picture of 'lfssao render', take another name")
     check_choice("--blend", options.blend, BLENDS)
-    display, entries = read_manifest(folder, options.layer)
+    display, entries = read_manifest(folder, options.layer, options.modules)
     eyes = [options.eye_x or 0.0]
     if animated:
         left, right = eye_range(display, list(entries))
@@ -68,6 +78,7 @@ def _view(options: argparse.Namespace) -> None:
         eye_point(display, eye)
     bar = partial(progress, total=len(entries), desc="read", unit="module")
     channels = len(next(iter(entries.values()))["textures"][options.layer]["channels"])
+    options.width = options.width or WIDTH
     shots = None if animated else [(eyes[0], options.width, options.blend)]  # many eyes see all columns
     field = LightField(display, list(entries), channels, shots)
     fill(field, folder, [options.layer], entries, bar)
@@ -83,6 +94,18 @@ def _view(options: argparse.Namespace) -> None:
     except InputError as error:
         reach = str(error)
     print(printable(f"{target}: {reach}"), flush=True)
+
+
+def _write_page(options: argparse.Namespace) -> None:
+    if (options.orbit, options.output, options.layer, options.blend) != (None, None, "shaded", "linear"):
+        raise InputError("--html does not go with --orbit, --output, --layer or --blend")
+    target = check_target("--html", Path(options.html), (".html",))
+
+    def bar(steps: Any, total: int) -> Any:
+        return progress(steps, total=total, desc="read", unit="module")
+
+    eye_page(options.folder, options.modules, options.eye_x, options.width or PAGE_WIDTH, bar).save(target)
+    print(printable(f"open {target}: drag the picture to move the eye"), flush=True)
 
 
 def _photographs(field: LightField, eyes: list[float], options: argparse.Namespace) -> list[Image.Image]:

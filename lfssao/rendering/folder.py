@@ -16,6 +16,7 @@ from lfssao.optics.display import Display, Module
 from lfssao.optics.view import without_guard
 from lfssao.rendering.exr import read_exr, use_one_thread_a_file
 from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
+from lfssao.rendering.views import chosen_modules
 
 if TYPE_CHECKING:
     from lfssao.rendering.viewer import LightField
@@ -66,8 +67,11 @@ def entries_of(folder: Path, manifest: dict[str, Any]) -> dict[str, dict[str, An
     return entries
 
 
-def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str, Any]]]:
-    """The display of a folder's textures, and the manifest's entry of each module, which has the layer (InputError)."""
+def read_manifest(folder: Path, layer: str, modules: Any = None) -> tuple[Display, dict[int, dict[str, Any]]]:
+    """The display of a folder's textures, and the manifest's entry of each module, which has the layer (InputError).
+
+    ``modules`` are the numbers of those that are wanted; InputError if the folder has none of them.
+    """
     manifest = load_manifest(folder)
     named = entries_of(folder, manifest)
     with reading_manifest(folder), errors_of(f"{folder}: its manifest"):
@@ -75,11 +79,14 @@ def read_manifest(folder: Path, layer: str) -> tuple[Display, dict[int, dict[str
             raise InputError("it describes views of cameras (--camera, or a quilt's), but an eye looks at modules")
         entries = {int(name.removeprefix("module_")): entry for name, entry in named.items()}
         display = display_of(manifest["display"], entries)
+    entries = {k: entries[k] for k in sorted({*chosen_modules(display, modules)} & {*entries})}
+    if not entries:
+        raise InputError(f"{folder}: it has none of these modules")
     for entry in entries.values():
         channels = {name: t["channels"] for name, t in entry["textures"].items()}
         shown = [name for name, c in channels.items() if c[0].endswith("AO") or c[0][-1] == "R"]
         if layer not in shown:
-            raise InputError(f"--layer: {folder} has no '{layer}' to show: choose one of {', '.join(shown)}")
+            raise InputError(f"{folder}: it has no layer '{layer}' to show: choose one of {', '.join(shown)}")
     return display, entries
 
 

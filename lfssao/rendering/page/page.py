@@ -1,0 +1,186 @@
+"""A page on which an eye walks along a rendered display, in one file without network.
+
+On a flat screen a module shows each screen point the same light wherever the eye is; the eye's place decides how much
+of it counts. So the page holds each module's texture as it is read at the picture's pixels, in 8-bit sRGB, and a shader
+blends two of them as ``LightField.photograph`` does with blend 'linear', within one code of its 8-bit picture.
+"""
+
+import json
+import os
+from base64 import b64encode
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from hashlib import sha256
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from lfssao.core.files import write_text
+from lfssao.core.pictures import image_png
+from lfssao.core.srgb import to_codes
+from lfssao.errors import InputError
+from lfssao.optics.display import Display
+from lfssao.optics.kernels.display import VALID
+from lfssao.rendering.exr import use_one_thread_a_file
+from lfssao.rendering.folder import read_layer, read_manifest
+from lfssao.rendering.viewer import eye_point, eye_range, picture_size
+
+MOST_BYTES = 2**29  # of texels on a graphics card, four bytes each
+_FRAME = '<iframe srcdoc="{}" style="width: 100%; height: {}px; border: 0"></iframe>'
+_BELOW = 300  # pixels, for what stands around the picture
+
+
+@dataclass(frozen=True, eq=False)
+class EyePage:
+    """A page of ``eye_page``, which a notebook shows.
+
+    Attributes
+    ----------
+    text : str
+        The HTML file.
+    height : int
+        Its picture's, pixels.
+    """
+
+    text: str
+    height: int
+
+    def save(self, path: str | Path) -> None:
+        """Write the file, whole or not at all; InputError if it cannot be written."""
+        write_text(Path(path), self.text)
+
+    def _repr_html_(self) -> str:
+        return _FRAME.format(escape(self.text), self.height + _BELOW)
+
+
+def eye_page(
+    folder: str | Path,
+    modules: Any = None,
+    eye_x: float | None = None,
+    width: int = 900,
+    bar: Callable[..., Any] = lambda steps, total: steps,
+) -> EyePage:
+    """The page of a display that ``lfssao render`` wrote into a folder: textures with AO, and without if coloured.
+
+    ``modules`` are the numbers of those that shine (default: all that are there); the eye begins at ``eye_x``, metres
+    (default: as near to the middle as light reaches); ``width`` is the picture's, pixels. ``bar`` passes on one step a
+    module. InputError as ``LightField``, and if there is no shaded texture, the pictures take more than ``MOST_BYTES``,
+    the screen is curved, or the display is conical and its modules are not in a line.
+    """
+    folder = Path(folder)
+    display, entries = read_manifest(folder, "shaded", modules)
+    chosen = list(entries)
+    layers = [name for name in ("color", "shaded") if all(name in entry["textures"] for entry in entries.values())]
+    _check(display)
+    left, right = eye_range(display, chosen)
+    start = min(max(0.0, left), right) if eye_x is None else eye_point(display, eye_x)[0]
+    size = picture_size(display, width)
+    needed = 4 * len(layers) * len(chosen) * size[0] * size[1]
+    if needed > MOST_BYTES:
+        told = f"{needed >> 20} MB of pictures, a page holds {MOST_BYTES >> 20}"
+        raise InputError(f"{folder}: {told}: take fewer modules or a smaller width")
+
+    def packed(index: int) -> tuple[list[str], NDArray[np.bool_]]:
+        return _packed(display, index, size, folder, entries[index], layers)
+
+    use_one_thread_a_file()
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        made = dict(zip(chosen, bar(pool.map(packed, chosen), len(chosen)), strict=True))
+    lit = np.flatnonzero(np.any([rows for _, rows in made.values()], axis=0)).tolist() or [0]
+    data = {
+        "layers": len(layers),
+        "rows": (lit[0], lit[-1] + 1),
+        "screen": (display.screen_width, display.screen_height),
+        "conical": display.diffuser == "conical",
+        "height": display.observer_height,
+        "distance": -display.observer_z,
+        "curvature": display.observer_curvature,
+        "eye": start,
+        "eyes": (min(left, start), max(right, start)),
+        "modules": [
+            {"x": m.x, "y": m.y, "z": m.z, "textures": made[k][0] if k in made else None}
+            for k, m in enumerate(display.modules)
+        ],
+    }
+    return EyePage(_filled(display.name, size, data), size[1])
+
+
+def _check(display: Display) -> None:
+    """Refuse (InputError) a display of one module, and one that the page cannot show."""
+    name, modules = f"display {display.name}", display.modules
+    if len(modules) < 2:
+        raise InputError(f"{name}: it has one module, an eye needs two (sample-a has 21, for one)")
+    if display.screen_curvature != 0:
+        raise InputError(f"{name}: a page shows flat screens alone, of a curved one each eye sees other points")
+    in_line = len({(m.y, m.z) for m in modules}) == 1 and len({m.x for m in modules}) == len(modules)
+    if display.diffuser == "conical" and not in_line:
+        raise InputError(f"{name}: a page shows conical displays only if their modules are in a line")
+
+
+def _packed(
+    display: Display, index: int, size: tuple[int, int], folder: Path, entry: Mapping[str, Any], layers: Sequence[str]
+) -> tuple[list[str], NDArray[np.bool_]]:
+    """Layers of a module at the picture's pixels, each a PNG file in base64, and which rows of them are not black.
+
+    They are transparent where the module shows nothing. InputError if its file does not hold them.
+    """
+    columns, rows = size
+    points = np.zeros((rows, columns, 3))
+    points[..., 0] = display.screen_width * ((np.arange(columns) + 0.5) / columns - 0.5)
+    points[..., 1] = display.screen_height * (0.5 - (np.arange(rows)[:, None] + 0.5) / rows)
+    places, statuses = display.physical_to_image(index, points)
+    seen, path, module = statuses == VALID, folder / Path(entry["file"]).name, display.modules[index]
+    made, lit = [], np.zeros(rows, bool)
+    for layer in layers:
+        texture = read_layer(path, layer, entry["textures"][layer])
+        if texture.shape != (module.height, module.width, 3) or not np.isfinite(texture).all():
+            raise InputError(f"{path}: its part {layer} is no finite texture of {module.width}x{module.height} texels")
+        light = np.zeros((rows, columns, 3))
+        light[seen] = _bilinear(texture, places[seen][:, :2])
+        lit |= light.any(axis=(1, 2))
+        picture = Image.fromarray(to_codes(light))
+        if not seen.all():
+            picture.putalpha(Image.fromarray(np.where(seen, np.uint8(255), np.uint8(0))))
+        made.append(b64encode(image_png(picture)).decode())
+    return made, lit
+
+
+def _bilinear(texture: NDArray[np.float32], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A texture, (H, W, C), at image points inside it, (n, 2): (n, C)."""
+    last = np.array(texture.shape[1::-1]) - 1
+    inner = np.clip(places - 0.5, 0, last)
+    low = inner.astype(np.int64)
+    (i, j), (right, below) = low.T, np.minimum(low + 1, last).T
+    f, g = (inner - low).T[..., None]
+    top = (1 - f) * texture[j, i] + f * texture[j, right]
+    bottom = (1 - f) * texture[below, i] + f * texture[below, right]
+    made: NDArray[np.float64] = (1 - g) * top + g * bottom
+    return made
+
+
+def _filled(name: str, size: Sequence[int], data: Mapping[str, Any]) -> str:
+    """The file's text."""
+    here = files(__package__)
+    page, style, shader, script = ((here / f"eye.{end}").read_text("utf-8") for end in ("html", "css", "frag", "js"))
+    allowed = [f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'" for text in (style, script)]
+    policy = f"default-src 'none'; img-src data:; style-src {allowed[0]}; script-src {allowed[1]}"
+    left, right = data["eyes"]
+    return Template(page).substitute(
+        name=escape(name.encode("utf-8", "backslashreplace").decode()),
+        policy=policy,
+        style=style,
+        shader=shader,
+        script=script,
+        width=size[0],
+        height=size[1],
+        left=left,
+        right=right,
+        data=json.dumps(data).replace("<", "\\u003c"),
+    )

@@ -1,0 +1,253 @@
+"""The page of ``lfssao view --html`` in a real Chromium, against the pictures of ``lfssao view``; what it refuses."""
+
+import re
+import tomllib
+from base64 import b64decode
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from jobs import render, sentence
+from PIL import Image
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.wait import WebDriverWait
+
+import lfssao
+from lfssao import InputError, LightField, eye_range, find_display
+from lfssao.cli.main import main
+from lfssao.core.srgb import to_codes
+from lfssao.rendering.page import page as made
+from lfssao.rendering.page.page import eye_page
+
+WORDS = ["--resolution", "96x58", "--radii", "5%", "--samples", "4"]
+SIZE = 32, 20
+# The picture for an eye, drawn here and now, as base64 of its bytes from the bottom row on.
+PIXELS = """
+Object.assign(state, arguments[0]);
+draw();
+const pixels = new Uint8Array(4 * width * height);
+gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+return [width, height, btoa(Array.from(pixels, (code) => String.fromCharCode(code)).join(""))];
+"""
+
+
+def odd(display):
+    """The display with calibrated, distorted optics in one module and another turned away."""
+    modules = list(display.modules)
+    numbers = (30.0, 1.0, 15.0, -1.0, -31.0, 9.5, 0.05, -0.02, 1.0)
+    modules[9] = replace(modules[9], homography=numbers, k1=-0.05, k2=0.01)
+    modules[12] = replace(modules[12], field_of_view=50.0, yaw=25.0, roll=3.0)
+    return replace(display, modules=tuple(modules))
+
+
+DISPLAYS = {name: find_display(name).with_resolution(*SIZE) for name in ("sample-a", "sample-b", "picoarray", "c80")}
+DISPLAYS["sample-a-conical"] = find_display("sample-a-conical").with_resolution(*SIZE)
+DISPLAYS["odd"] = odd(DISPLAYS["sample-a"])
+# Lenses above the observers' height and nearer to the screen than they are: the cone bends much.
+DISPLAYS["conical"] = replace(
+    DISPLAYS["sample-b"], modules=tuple(replace(m, y=0.2, z=0.3) for m in DISPLAYS["sample-b"].modules)
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return render(tmp_path_factory.mktemp("page") / "out", "gallery", "--display", "sample-a", *WORDS)
+
+
+@pytest.fixture(scope="module")
+def path(folder):
+    assert main(["view", str(folder), "--html", str(folder / "page.html"), "--width", "300"]) == 0
+    return folder / "page.html"
+
+
+def opened(browser, path):
+    """The page when its picture is there; its console has nothing to say but that reading pixels takes time."""
+    browser.get("about:blank")
+    browser.get(path.as_uri())
+    WebDriverWait(browser, 60).until(lambda _: browser.find_elements("css selector", "canvas[data-ready]"))
+    assert [entry for entry in browser.get_log("browser") if "ReadPixels" not in entry["message"]] == []
+    return browser
+
+
+def pixels(browser, **state):
+    """The page's picture, (H, W, 3) codes."""
+    width, height, data = browser.execute_script(PIXELS, state)
+    return np.frombuffer(b64decode(data), np.uint8).reshape(height, width, 4)[::-1, :, :3].astype(int)
+
+
+def view(folder, *words):
+    """The picture of ``lfssao view``."""
+    target = folder / "expected.png"
+    assert main(["view", str(folder), *map(str, words), "-o", str(target)]) == 0
+    with Image.open(target) as image:
+        return np.asarray(image).astype(int)
+
+
+def text(browser, selector):
+    return browser.find_element("css selector", selector).get_attribute("textContent")
+
+
+@pytest.mark.parametrize(("ao", "layer"), [(True, "shaded"), (False, "color")])
+def test_the_page_is_within_one_code_of_view_at_five_eyes(browser, folder, path, ao, layer):
+    opened(browser, path)
+    left, right = eye_range("sample-a")
+    for eye_x in (left, -0.37, 0.0, 0.511, right):
+        expected = view(folder, "--eye-x", eye_x, "--width", 300, "--layer", layer)
+        found = pixels(browser, x=eye_x, ao=ao)
+        assert found.shape == expected.shape == (180, 300, 3)
+        assert np.abs(found - expected).max() <= 1
+        assert (found == expected).mean() > 0.9
+        assert len(np.unique(found)) > 100
+
+
+def random_page(monkeypatch, path, display, missing=()):
+    """A page of random textures, saved, and the light field of these."""
+    rng, chosen = np.random.default_rng(5), [k for k in range(len(display.modules)) if k not in missing]
+    textures = {k: 0.02 + 0.98 * rng.random((SIZE[1], SIZE[0], 3), np.float32) ** 3 for k in chosen}
+    entries = {k: {"file": f"{k}.exr", "textures": {"shaded": k}} for k in chosen}
+    monkeypatch.setattr(made, "read_manifest", lambda *_: (display, entries))
+    monkeypatch.setattr(made, "read_layer", lambda _path, _layer, k: textures[k])
+    eye_page("folder", width=123).save(path)
+    field = LightField(display, chosen)
+    for k, texture in textures.items():
+        field.put(k, texture)
+    return field
+
+
+@pytest.mark.parametrize("name", DISPLAYS)
+def test_all_flat_displays_and_missing_modules(browser, monkeypatch, tmp_path, name):
+    """Random textures have a step at each texel; every pixel that a module reaches is lit, all others are black."""
+    display, reached = DISPLAYS[name], []
+    field = random_page(monkeypatch, tmp_path / "eye.html", display, (7, 8, len(display.modules) - 1))
+    opened(browser, tmp_path / "eye.html")
+    end = eye_range(display)[1]
+    for eye_x in (-1.3 * end, -0.9 * end, 0.0, 0.37 * end, 1.1 * end):
+        shot = field.photograph(eye_x, 123)
+        expected, found = to_codes(shot.image).astype(int), pixels(browser, x=eye_x)
+        assert np.abs(found - expected).max() <= 1
+        assert np.array_equal(found.any(axis=2), expected.any(axis=2))
+        assert found.any(axis=2).sum() == expected[..., 0].size - shot.dark
+        reached.append(shot.dark < expected[..., 0].size)
+    assert sum(reached) >= 3
+
+
+def test_keys_slider_mouse_and_switch(browser, folder, path):
+    opened(browser, path)
+    place = lambda: browser.execute_script("return state.x")  # noqa: E731
+    left, right = eye_range("sample-a")
+    body = browser.find_element("tag name", "body")
+    body.send_keys(Keys.RIGHT * 3 + Keys.LEFT)
+    assert place() == pytest.approx(2 * (right - left) / 60)
+    assert text(browser, "#x + output") == f"{place():.2f}"
+    body.send_keys(Keys.RIGHT * 99)
+    assert place() == pytest.approx(right)
+    canvas, slider = (browser.find_element("css selector", name) for name in ("canvas", "#x"))
+    slider.send_keys(Keys.HOME)
+    assert place() == pytest.approx(left, abs=1e-6)
+    ActionChains(browser, duration=0).drag_and_drop_by_offset(canvas, 75, 0).perform()
+    assert place() == pytest.approx(left + (right - left) * 75 / canvas.size["width"], abs=0.02)
+    with_ao = pixels(browser)
+    body.send_keys("a")
+    assert not browser.find_element("id", "ao").is_selected()
+    browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    without = pixels(browser)
+    assert (without >= with_ao).all()
+    assert without.sum() > 1.1 * with_ao.sum()
+    browser.find_element("id", "ao").click()
+    assert np.array_equal(pixels(browser), with_ao)
+
+
+def test_a_scene_without_colours_has_no_switch(browser, tmp_path):
+    render(tmp_path, "armadillo", "--display", "sample-a", "--modules", "8:13", *WORDS)
+    assert main(["view", str(tmp_path), "--html", str(tmp_path / "eye.html"), "--modules", "9:12"]) == 0
+    opened(browser, tmp_path / "eye.html")
+    assert not browser.find_element("id", "switch").is_displayed()
+    assert (browser.execute_script("return [width, modules.filter((m) => m.textures).length]")) == [900, 3]
+    expected = view(tmp_path, "--modules", "9:12", "--width", "900")
+    assert np.abs(pixels(browser, x=0.0) - expected).max() <= 1
+
+
+def test_it_is_read_on_a_telephone_and_by_a_screen_reader(browser, path):
+    metrics = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    try:
+        opened(browser, path)
+        assert browser.execute_script("return document.documentElement.scrollWidth") <= 390
+        texts = browser.find_elements("css selector", "p, label, output")
+        assert min(float(each.value_of_css_property("font-size").removesuffix("px")) for each in texts) >= 14
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    inputs = browser.find_elements("css selector", "input, select")
+    assert len(inputs) >= 2
+    assert all(each.accessible_name for each in inputs)
+    assert browser.find_element("tag name", "canvas").accessible_name == "What the eye sees"
+    assert "two modules" in text(browser, "main")
+
+
+def test_a_browser_without_webgl_is_told(browser, path, tmp_path):
+    script = "Object.defineProperty(HTMLCanvasElement.prototype, 'getContext', { value: () => null });"
+    added = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": script})
+    try:
+        browser.get(path.as_uri())
+        assert text(browser, "#status") == "this browser has no WebGL 2, which the picture needs."
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
+
+
+def test_the_file_asks_no_network_and_names_are_text(browser, monkeypatch, tmp_path):
+    hostile = "</script><b onclick=\"alert(1)\">&lt; 'a/b'$x"
+    random_page(monkeypatch, tmp_path / "eye.html", replace(DISPLAYS["sample-a"], name=hostile))
+    page = re.sub(r"[\w+/=]{60,}", "", (tmp_path / "eye.html").read_text())  # base64 may hold any word
+    assert not re.search(r"https?:|[\"'(]//|url\(|@import|fetch\(|<link|<iframe|src=\"(?!data:)", page)
+    assert "default-src 'none'; img-src data:; style-src 'sha256-" in page
+    opened(browser, tmp_path / "eye.html")
+    assert browser.find_elements("tag name", "b") == []
+    assert text(browser, "h1").startswith(hostile)
+
+
+def test_the_wheel_holds_what_the_page_is_made_of():
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
+    (held,) = (glob for glob in project["tool"]["setuptools"]["package-data"]["lfssao"] if "rendering/page" in glob)
+    assert {path.suffix for path in Path(lfssao.__file__).parent.glob(held)} == {".html", ".css", ".js", ".frag"}
+
+
+@pytest.mark.parametrize(("words", "reason"), [
+    (("--orbit", "4"), "--html does not go with --orbit, --output, --layer or --blend"),
+    (("-o", "a.png"), "--html does not go with"),
+    (("--layer", "color"), "--html does not go with"),
+    (("--blend", "nearest"), "--html does not go with"),
+    (("--html", "eye.htm"), "--html: eye.htm does not end in .html"),
+    (("--html", "/nowhere/eye.html"), "--html: there is no folder /nowhere"),
+    (("--eye-x", "nan"), "--eye-x"),
+    (("--modules", "21"), "modules 21:22 are not a part of 0:21"),
+    (("--width", "16384"), "MB of pictures, a page holds 512: take fewer modules or a smaller width"),
+])  # fmt: skip
+def test_what_the_page_cannot_show_is_refused_in_one_sentence(folder, capsys, tmp_path, monkeypatch, words, reason):
+    monkeypatch.chdir(tmp_path)
+    assert main(["view", str(folder), "--html", "eye.html", *words]) == 2
+    assert reason in sentence(capsys)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("display", "reason"), [
+    (find_display("convex"), "display convex: a page shows flat screens alone"),
+    (replace(DISPLAYS["conical"], modules=(replace(DISPLAYS["conical"].modules[0], y=0.1),
+                                           *DISPLAYS["conical"].modules[1:])), "only if their modules are in a line"),
+    (find_display("virtual"), "it has one module, an eye needs two"),
+])  # fmt: skip
+def test_displays_that_the_page_does_not_know_are_refused(monkeypatch, display, reason):
+    entries = {k: {"file": "a.exr", "textures": {"shaded": k}} for k in range(len(display.modules))}
+    monkeypatch.setattr(made, "read_manifest", lambda *_: (display, entries))
+    with pytest.raises(InputError, match=reason):
+        eye_page("folder")
+
+
+@pytest.mark.parametrize("texture", [np.zeros((2, 2, 3)), np.full((20, 32, 3), np.nan), np.zeros((20, 32, 1))])
+def test_a_file_with_another_texture_is_refused(monkeypatch, texture):
+    entries = {k: {"file": "a.exr", "textures": {"shaded": k}} for k in (9, 10, 11)}
+    monkeypatch.setattr(made, "read_manifest", lambda *_: (DISPLAYS["sample-a"], entries))
+    monkeypatch.setattr(made, "read_layer", lambda *_: texture.astype(np.float32))
+    with pytest.raises(InputError, match=r"folder/a.exr: its part shaded is no finite texture of 32x20 texels"):
+        eye_page("folder", width=20)

@@ -14,6 +14,7 @@ from .optics.display_file import display_names, display_text, find_display, find
 from .optics.quilt import Quilt
 from .optics.view import View, WorldToImage
 from .rendering.exr import Part, read_exr, write_exr
+from .rendering.page.page import eye_page
 from .rendering.passes import Textures, render, render_view
 from .rendering.settings import Settings, default_radii
 from .rendering.viewer import LightField, Photograph, eye_point, eye_range, eye_view
@@ -30,8 +31,8 @@ __all__ = [
     "Buffers", "Camera", "Display", "GBuffer", "GroundTruth", "InputError", "LfssaoError", "LightField", "Mesh",
     "MissingPackageError", "Module", "Occluders", "Occlusion", "Paint", "Part", "Photograph", "Quilt", "RayCaster",
     "Report", "Settings", "Textures", "View", "WorldToImage", "algorithm1", "algorithm2", "bent_normals", "blur",
-    "builtin_scene", "compare", "default_radii", "display_names", "display_text", "estimate", "eye_point", "eye_range",
-    "eye_view", "find_display", "find_scene", "find_views", "fit_roi", "load_scene", "make_samples", "merge",
+    "builtin_scene", "compare", "default_radii", "display_names", "display_text", "estimate", "eye_page", "eye_point",
+    "eye_range", "eye_view", "find_display", "find_scene", "find_views", "fit_roi", "load_scene", "make_samples", "merge",
     "module_views", "parse_display", "ray_cast_occlusion", "read_estimator", "read_exr", "reference", "render",
     "render_view", "shade", "square_points", "write_exr",
 ]  # fmt: skip

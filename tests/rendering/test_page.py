@@ -186,6 +186,20 @@ def test_it_is_read_on_a_telephone_and_by_a_screen_reader(browser, path):
     assert "two modules" in text(browser, "main")
 
 
+def test_a_notebook_shows_the_page_in_a_frame(browser, folder, path):
+    opened(browser, path)
+    expected = pixels(browser, x=0.2)
+    page = lfssao.eye_page(folder, width=300, eye_x=0.2)
+    browser.get("about:blank")
+    browser.execute_script("document.body.innerHTML = arguments[0]", page._repr_html_())
+    frame = browser.find_element("tag name", "iframe")
+    browser.switch_to.frame(frame)
+    WebDriverWait(browser, 60).until(lambda _: browser.find_elements("css selector", "canvas[data-ready]"))
+    assert text(browser, "#x + output") == "0.20"
+    assert np.array_equal(pixels(browser), expected)
+    assert browser.execute_script("return document.documentElement.scrollHeight <= innerHeight")
+
+
 def test_a_browser_without_webgl_is_told(browser, path, tmp_path):
     script = "Object.defineProperty(HTMLCanvasElement.prototype, 'getContext', { value: () => null });"
     added = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": script})

@@ -27,13 +27,14 @@ from lfssao.core.pictures import image_png
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
 from lfssao.optics.display import Display
-from lfssao.optics.kernels.display import VALID
+from lfssao.optics.kernels.display import display_module, screen_to_image
 from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.folder import read_layer, read_manifest
 from lfssao.rendering.viewer import eye_point, eye_range, picture_size
 
 MOST_BYTES = 2**29  # of texels on a graphics card, four bytes each
 _FRAME = '<iframe srcdoc="{}" style="width: 100%; height: {}px; border: 0"></iframe>'
+_TO_IMAGE: Any = screen_to_image  # a formula, which takes arrays too
 _BELOW = 300  # pixels, for what stands around the picture
 
 
@@ -73,6 +74,13 @@ def eye_page(
     (default: as near to the middle as light reaches); ``width`` is the picture's, pixels. ``bar`` passes on one step a
     module. InputError as ``LightField``, and if there is no shaded texture, the pictures take more than ``MOST_BYTES``,
     the screen is curved, or the display is conical and its modules are not in a line.
+
+    >>> from lfssao.cli.main import main
+    >>> main("render corner --display sample-a --modules 9:12 --resolution 50x30 -o out".split())
+    out: 3 EXR files, manifest.json, contact.png
+    0
+    >>> page = lfssao.eye_page("out", width=100)  # in a notebook it shows itself
+    >>> page.save("eye.html")
     """
     folder = Path(folder)
     display, entries = read_manifest(folder, "shaded", modules)
@@ -131,19 +139,19 @@ def _packed(
 
     They are transparent where the module shows nothing. InputError if its file does not hold them.
     """
-    columns, rows = size
-    points = np.zeros((rows, columns, 3))
-    points[..., 0] = display.screen_width * ((np.arange(columns) + 0.5) / columns - 0.5)
-    points[..., 1] = display.screen_height * (0.5 - (np.arange(rows)[:, None] + 0.5) / rows)
-    places, statuses = display.physical_to_image(index, points)
-    seen, path, module = statuses == VALID, folder / Path(entry["file"]).name, display.modules[index]
-    made, lit = [], np.zeros(rows, bool)
+    (columns, rows), path, module = size, folder / Path(entry["file"]).name, display.modules[index]
+    x = display.screen_width * ((np.arange(columns) + 0.5) / columns - 0.5)
+    y = display.screen_height * (0.5 - (np.arange(rows) + 0.5) / rows)
+    numbers, made, lit = display_module(display.module_numbers(index)), [], np.zeros(rows, bool)
+    with np.errstate(all="ignore"):  # where the optics form no picture
+        u, v, ahead, formed = _TO_IMAGE(numbers, *np.meshgrid(x, y), 0.0)
+        seen = ahead & formed & (u >= 0) & (u < module.width) & (v >= 0) & (v < module.height)
     for layer in layers:
         texture = read_layer(path, layer, entry["textures"][layer])
         if texture.shape != (module.height, module.width, 3) or not np.isfinite(texture).all():
             raise InputError(f"{path}: its part {layer} is no finite texture of {module.width}x{module.height} texels")
         light = np.zeros((rows, columns, 3))
-        light[seen] = _bilinear(texture, places[seen][:, :2])
+        light[seen] = _bilinear(texture, np.stack([u[seen], v[seen]], axis=1))
         lit |= light.any(axis=(1, 2))
         picture = Image.fromarray(to_codes(light))
         if not seen.all():

@@ -1,6 +1,7 @@
 """``lfssao view``: what an eye sees of a display, from the textures that ``lfssao render`` wrote."""
 
 import argparse
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from lfssao.cli.terminal import printable, progress, say, working
-from lfssao.cli.values import check_target, finite, module_range, whole
+from lfssao.cli.values import check_target, finite, module_range, positive, whole
 from lfssao.core.files import write_whole
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError, check_choice
@@ -34,13 +35,16 @@ def add_to(view: argparse.ArgumentParser) -> None:
     add("folder", metavar="DIR", help="a folder that 'lfssao render' wrote, of a display of at least two modules")
     place = "place of the eye along the observer line, metres; the command says how far eyes may go (default: 0)"
     add("--eye-x", type=finite, metavar="X", help=place)
+    distance = "metres from the observers to the screen (default: the display's, for which textures are drawn)"
+    add("--distance", type=positive, metavar="D", help=distance)
     orbit = f"""an animation of N frames (even) along the observer line, from the leftmost to the rightmost eye that the
         modules reach from the whole screen, and back (default: {FRAMES})"""
     add("--orbit", type=_even, nargs="?", const=FRAMES, metavar="N", help=orbit)
     named = "picture to write, .png; with --orbit .png, .gif or .webp, animated (default: DIR/eye.png or orbit.png)"
     add("-o", "--output", metavar="FILE", help=named)
     page = """write a page without network instead, on which the eye moves by mouse and keys and AO is switched: flat
-        screens alone, shaded textures blended linearly, within one 8-bit code of the picture"""
+        screens alone, shaded textures blended linearly, within one 8-bit code of the picture; the eye's distance and
+        each module's share of the light, too"""
     add("--html", metavar="FILE", help=page)
     add("--modules", type=module_range, metavar="A[:B]", help="modules A to B - 1 only, or A alone (default: all)")
     add("--layer", default="shaded", metavar="NAME", help="shaded, color, or ao_1, merged, ... (default: shaded)")
@@ -69,6 +73,8 @@ def _view(options: argparse.Namespace) -> None:
         raise InputError(f"--output: {target} is a picture of 'lfssao render', take another name")
     check_choice("--blend", options.blend, BLENDS)
     display, entries = read_manifest(folder, options.layer, options.modules)
+    if options.distance is not None:
+        display = replace(display, observer_z=-options.distance)
     eyes = [options.eye_x or 0.0]
     if animated:
         left, right = eye_range(display, list(entries))
@@ -97,8 +103,9 @@ def _view(options: argparse.Namespace) -> None:
 
 
 def _write_page(options: argparse.Namespace) -> None:
-    if (options.orbit, options.output, options.layer, options.blend) != (None, None, "shaded", "linear"):
-        raise InputError("--html does not go with --orbit, --output, --layer or --blend")
+    others = options.orbit, options.output, options.distance, options.layer, options.blend
+    if others != (None, None, None, "shaded", "linear"):
+        raise InputError("--html does not go with --orbit, --output, --distance, --layer or --blend")
     target = check_target("--html", Path(options.html), (".html",))
 
     def bar(steps: Any, total: int) -> Any:

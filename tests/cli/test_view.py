@@ -1,10 +1,11 @@
 """lfssao view: pictures and animations of rendered folders; spoiled folders are refused in one sentence."""
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from jobs import edit, render, sentence
+from jobs import edit, manifest_of, render, sentence
 from PIL import Image
 
 from lfssao import LightField, eye_range, find_display
@@ -132,6 +133,17 @@ def test_orbit_has_as_many_frames_and_comes_back(folder, count, name):
         assert np.array_equal(frames[count // 2], pixels(folder / "eye.png"))
 
 
+def test_some_modules_and_another_distance(folder):
+    assert view(folder, "--modules", "8:13", "--distance", "1.5", "--width", "40") == 0
+    field = LightField(replace(find_display("sample-a").with_resolution(64, 38), observer_z=-1.5), range(8, 13))
+    for entry in manifest_of(folder)["views"][8:13]:
+        texture = read_layer(folder / entry["file"], "shaded", entry["textures"]["shaded"])
+        field.put(int(entry["name"].removeprefix("module_")), texture)
+    shot = field.photograph(0.0, 40)
+    assert 0 < shot.dark < 40 * 24
+    assert np.array_equal(pixels(folder / "eye.png"), to_codes(shot.image))
+
+
 def test_a_part_of_the_modules_is_dark_elsewhere(tmp_path, capsys):
     words = ["--resolution", "32x20", "--radii", "5%", "--samples", "2"]
     render(tmp_path, "statue", "--display", "sample-a", "--modules", "8:13", *words)
@@ -189,7 +201,7 @@ def test_pictures_of_a_render_are_not_replaced(rendered, monkeypatch, capsys, na
     ("--eye-x", "nan"), ("--eye-x", "inf"), ("--eye-x", "left"), ("--width", "0"), ("--width", "99999"),
     ("--orbit", "3"), ("--orbit", "0"), ("--orbit", "1.5"), ("--orbit", "4", "--eye-x", "0"), ("--blend", "cubic"),
     ("--layer", "depth"), ("--layer", "nothing"), ("-o", "view.jpg"), ("-o", ""), ("-o", "/nowhere/view.png"),
-    ("--orbit", "-o", "view.bmp"),
+    ("--orbit", "-o", "view.bmp"), ("--distance", "0"), ("--distance", "far"), ("--modules", "21"),
 ])  # fmt: skip
 def test_bad_options_are_refused_in_one_sentence(rendered, capsys, words):
     before = sorted(rendered.iterdir())

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from jobs import render, sentence
 from PIL import Image
+from reference import viewer as reference
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.wait import WebDriverWait
 
 import lfssao
-from lfssao import InputError, LightField, eye_range, find_display
+from lfssao import InputError, LightField, eye_point, eye_range, find_display
 from lfssao.cli.main import main
 from lfssao.core.srgb import to_codes
 from lfssao.rendering.page import page as made
@@ -89,13 +90,15 @@ def text(browser, selector):
     return browser.find_element("css selector", selector).get_attribute("textContent")
 
 
-@pytest.mark.parametrize(("ao", "layer"), [(True, "shaded"), (False, "color")])
-def test_the_page_is_within_one_code_of_view_at_five_eyes(browser, folder, path, ao, layer):
+@pytest.mark.parametrize(
+    ("ao", "layer", "distance"), [(True, "shaded", 2.0), (False, "color", 2.0), (True, "shaded", 1.4)]
+)
+def test_the_page_is_within_one_code_of_view_at_five_eyes(browser, folder, path, ao, layer, distance):
     opened(browser, path)
     left, right = eye_range("sample-a")
     for eye_x in (left, -0.37, 0.0, 0.511, right):
-        expected = view(folder, "--eye-x", eye_x, "--width", 300, "--layer", layer)
-        found = pixels(browser, x=eye_x, ao=ao)
+        expected = view(folder, "--eye-x", eye_x, "--width", 300, "--layer", layer, "--distance", distance)
+        found = pixels(browser, x=eye_x, ao=ao, distance=distance)
         assert found.shape == expected.shape == (180, 300, 3)
         assert np.abs(found - expected).max() <= 1
         assert (found == expected).mean() > 0.9
@@ -103,34 +106,57 @@ def test_the_page_is_within_one_code_of_view_at_five_eyes(browser, folder, path,
 
 
 def random_page(monkeypatch, path, display, missing=()):
-    """A page of random textures, saved, and the light field of these."""
+    """A page of random textures, saved; the textures."""
     rng, chosen = np.random.default_rng(5), [k for k in range(len(display.modules)) if k not in missing]
     textures = {k: 0.02 + 0.98 * rng.random((SIZE[1], SIZE[0], 3), np.float32) ** 3 for k in chosen}
     entries = {k: {"file": f"{k}.exr", "textures": {"shaded": k}} for k in chosen}
     monkeypatch.setattr(made, "read_manifest", lambda *_: (display, entries))
     monkeypatch.setattr(made, "read_layer", lambda _path, _layer, k: textures[k])
     eye_page("folder", width=123).save(path)
-    field = LightField(display, chosen)
-    for k, texture in textures.items():
-        field.put(k, texture)
-    return field
+    return textures
 
 
 @pytest.mark.parametrize("name", DISPLAYS)
 def test_all_flat_displays_and_missing_modules(browser, monkeypatch, tmp_path, name):
     """Random textures have a step at each texel; every pixel that a module reaches is lit, all others are black."""
     display, reached = DISPLAYS[name], []
-    field = random_page(monkeypatch, tmp_path / "eye.html", display, (7, 8, len(display.modules) - 1))
+    textures = random_page(monkeypatch, tmp_path / "eye.html", display, (7, 8, len(display.modules) - 1))
     opened(browser, tmp_path / "eye.html")
-    end = eye_range(display)[1]
-    for eye_x in (-1.3 * end, -0.9 * end, 0.0, 0.37 * end, 1.1 * end):
-        shot = field.photograph(eye_x, 123)
-        expected, found = to_codes(shot.image).astype(int), pixels(browser, x=eye_x)
+    end, near, far = eye_range(display)[1], *browser.execute_script("return data.distances")
+    own = -display.observer_z
+    assert (near < own, far) == (True, 2 * own)
+    for share, distance in ((-1.3, own), (-0.9, own), (0.0, own), (0.37, own), (1.1, own), (0.37, near), (-0.6, far)):
+        moved = replace(display, observer_z=-distance, roi=((-0.01, -0.01, -0.01), (0.01, 0.01, 0.01)))
+        field = LightField(moved, list(textures))
+        for k, texture in textures.items():
+            field.put(k, texture)
+        shot = field.photograph(share * end, 123)
+        expected, found = to_codes(shot.image).astype(int), pixels(browser, x=share * end, distance=distance)
         assert np.abs(found - expected).max() <= 1
         assert np.array_equal(found.any(axis=2), expected.any(axis=2))
         assert found.any(axis=2).sum() == expected[..., 0].size - shot.dark
         reached.append(shot.dark < expected[..., 0].size)
-    assert sum(reached) >= 3
+    assert sum(reached) >= 5
+
+
+@pytest.mark.parametrize("name", ["sample-a", "conical"])
+def test_orange_is_a_modules_share_of_the_light(browser, monkeypatch, tmp_path, name):
+    display = DISPLAYS[name]
+    textures = random_page(monkeypatch, tmp_path / "eye.html", display, (7,))
+    opened(browser, tmp_path / "eye.html")
+    options = [each.get_attribute("value") for each in browser.find_elements("css selector", "#module option")]
+    assert options == ["-1", *map(str, textures)]
+    numbers = [display.module_numbers(k) for k in range(len(display.modules))]
+    plain = pixels(browser, x=0.03)
+    height, width, _ = plain.shape
+    eye, screen = eye_point(display, 0.03), (display.screen_width, display.screen_height)
+    seen = reference.seen_by(numbers, [textures.get(k) for k in range(len(numbers))], eye, screen, width, height)
+    weights = [reference.weigh(*each, reference.LINEAR) for each in seen]
+    module = max(weights[width * (height // 2) + width // 2])
+    share = np.array([each.get(module, 0.0) for each in weights]).reshape(height, width, 1)
+    assert 0.01 < share.mean() < 0.3
+    browser.find_element("css selector", f"#module option[value='{module}']").click()
+    assert np.abs(pixels(browser) - (plain + 0.75 * share * (np.array([255, 127.5, 0]) - plain))).max() <= 1
 
 
 def test_keys_slider_mouse_and_switch(browser, folder, path):
@@ -143,6 +169,13 @@ def test_keys_slider_mouse_and_switch(browser, folder, path):
     assert text(browser, "#x + output") == f"{place():.2f}"
     body.send_keys(Keys.RIGHT * 99)
     assert place() == pytest.approx(right)
+    body.send_keys(Keys.UP * 2 + Keys.DOWN)
+    assert browser.execute_script("return state.distance") == pytest.approx(2 - 3 / 60)
+    assert text(browser, "#distance + output") == "1.95"
+    before = pixels(browser)
+    browser.find_element("css selector", "#distance").send_keys(Keys.END)
+    assert browser.execute_script("return state.distance") == 4
+    assert not np.array_equal(pixels(browser), before)
     canvas, slider = (browser.find_element("css selector", name) for name in ("canvas", "#x"))
     slider.send_keys(Keys.HOME)
     assert place() == pytest.approx(left, abs=1e-6)
@@ -228,8 +261,9 @@ def test_the_wheel_holds_what_the_page_is_made_of():
 
 
 @pytest.mark.parametrize(("words", "reason"), [
-    (("--orbit", "4"), "--html does not go with --orbit, --output, --layer or --blend"),
+    (("--orbit", "4"), "--html does not go with --orbit, --output, --distance, --layer or --blend"),
     (("-o", "a.png"), "--html does not go with"),
+    (("--distance", "1"), "--html does not go with"),
     (("--layer", "color"), "--html does not go with"),
     (("--blend", "nearest"), "--html does not go with"),
     (("--html", "eye.htm"), "--html: eye.htm does not end in .html"),

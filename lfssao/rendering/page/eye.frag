@@ -6,6 +6,7 @@ precision highp sampler2D;
 uniform sampler2D left, right; // the light of each on the screen; alpha: whether it shows the point
 uniform vec4 modules; // x and z of the left one and the right one, metres
 uniform vec2 counts; // 1: it has a picture, and the ray that passes next to the eye on its side; 0: not
+uniform vec2 chosen; // 1: its light is shown orange
 uniform vec2 eye, screen, size; // x and z, metres; width and height, metres and pixels
 #if CONICAL
 uniform vec2 heights; // of the observers and of all modules, metres
@@ -13,6 +14,7 @@ uniform float bounded; // 1: the draw covers more than lies between the rays
 #endif
 out vec4 color;
 
+const vec3 ORANGE = vec3(1.0, 0.5, 0.0);
 const float EDGE = 1e-5; // of shares: the draws of neighbours overlap by as much
 
 void main() {
@@ -31,5 +33,6 @@ void main() {
   vec2 shows = counts * vec2(l.a, r.a), weights = clamp(shares, 0.0, 1.0);
   if (shows.x * shows.y == 0.0) weights = shows * step(0.5, weights); // one alone reaches half a step
   vec3 sum = weights.x * l.rgb + weights.y * r.rgb;
-  color = vec4(mix(1.055 * pow(sum, vec3(1.0 / 2.4)) - 0.055, 12.92 * sum, lessThan(sum, vec3(0.0031308))), 1.0);
+  vec3 code = mix(1.055 * pow(sum, vec3(1.0 / 2.4)) - 0.055, 12.92 * sum, lessThan(sum, vec3(0.0031308)));
+  color = vec4(mix(code, ORANGE, 0.75 * dot(weights, chosen)), 1.0);
 }

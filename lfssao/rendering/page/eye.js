@@ -6,12 +6,12 @@ const find = (selector) => document.querySelector(selector);
 const data = JSON.parse(find("#data").textContent);
 const canvas = find("canvas"), gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false });
 const { width, height } = canvas, { modules, screen } = data, uniforms = {};
-const state = { x: data.eye, ao: true };
+const state = { x: data.eye, distance: data.distance, ao: true, module: -1 };
 let waiting = false;
 
 // Depth at x of the observers' arc through the origin.
 const onArc = (x, bend = data.curvature * x) => bend * x / (1 + Math.sqrt(1 - bend * bend));
-const eyePoint = () => ({ x: state.x, z: onArc(state.x) - data.distance });
+const eyePoint = () => ({ x: state.x, z: onArc(state.x) - state.distance });
 const metres = (i, j) => [screen[0] * (i / width - 0.5), screen[1] * (0.5 - j / height)];
 
 // How a module's ray through (x, y, 0) passes the eye, as lfssao/rendering/kernels/light_field.py has it.
@@ -65,16 +65,18 @@ function conicalRuns(eye) {
 }
 
 function draw() {
-  const eye = eyePoint(), [top, end] = data.rows, set = (name, ...values) => gl[`uniform${values.length}f`](uniforms[name], ...values);
+  const eye = eyePoint(), [top, end] = state.module < 0 ? data.rows : [0, height]; // other rows are black
+  const set = (name, ...values) => gl[`uniform${values.length}f`](uniforms[name], ...values);
   gl.disable(gl.SCISSOR_TEST);
   gl.clear(gl.COLOR_BUFFER_BIT);
   gl.enable(gl.SCISSOR_TEST);
   set("eye", eye.x, eye.z);
   for (const { from, to, pair: [left, right, ofLeft, ofRight] } of data.conical ? conicalRuns(eye) : linearRuns(eye)) {
     const [l, r] = [modules[left], modules[right]];
-    gl.scissor(from, height - end, to - from, end - top); // other rows are black
+    gl.scissor(from, height - end, to - from, end - top);
     set("modules", l.x, l.z, r.x, r.z);
     set("counts", ofLeft && l.textures ? 1 : 0, ofRight && r.textures ? 1 : 0);
+    set("chosen", left === state.module, right === state.module);
     if (data.conical) set("bounded", ofLeft * ofRight);
     [l, r].forEach(({ textures }, unit) => {
       gl.activeTexture(gl.TEXTURE0 + unit);
@@ -84,12 +86,15 @@ function draw() {
   }
 }
 
-// Put the eye elsewhere, or switch AO: what the controls show, and the next frame.
+// Put the eye elsewhere, switch AO or choose a module: what the controls show, and the next frame.
 function look(change) {
   Object.assign(state, change);
-  state.x = Math.min(Math.max(state.x, data.eyes[0]), data.eyes[1]);
-  [find("#x").value, find("#ao").checked] = [state.x, state.ao];
-  find("#x + output").value = state.x.toFixed(2);
+  for (const [name, [least, most]] of [["x", data.eyes], ["distance", data.distances]]) {
+    state[name] = Math.min(Math.max(state[name], least), most);
+    find(`#${name}`).value = state[name];
+    find(`#${name} + output`).value = state[name].toFixed(2);
+  }
+  find("#ao").checked = state.ao;
   if (!waiting) requestAnimationFrame(() => { waiting = false; draw(); });
   waiting = true;
 }
@@ -141,19 +146,29 @@ async function open() {
   canvas.dataset.ready = true;
 }
 
-const step = (data.eyes[1] - data.eyes[0]) / 60;
-const KEYS = { ArrowLeft: () => ({ x: state.x - step }), ArrowRight: () => ({ x: state.x + step }), a: () => ({ ao: !state.ao }) };
+const [across, away] = [data.eyes, data.distances].map(([least, most]) => (most - least) / 60);
+const KEYS = {
+  ArrowLeft: () => ({ x: state.x - across }),
+  ArrowRight: () => ({ x: state.x + across }),
+  ArrowUp: () => ({ distance: state.distance - away }),
+  ArrowDown: () => ({ distance: state.distance + away }),
+  a: () => ({ ao: !state.ao }),
+};
 document.addEventListener("keydown", (event) => {
   const key = event.key.length > 1 ? event.key : event.key.toLowerCase();
-  if (!(key in KEYS) || event.ctrlKey || event.metaKey || event.altKey || event.target.type === "range") return;
+  const taken = event.ctrlKey || event.metaKey || event.altKey || event.target.matches("select, [type=range]");
+  if (taken || !(key in KEYS)) return;
   event.preventDefault();
   look(KEYS[key]());
 });
-find("#x").addEventListener("input", (event) => look({ x: event.target.valueAsNumber }));
-find("#ao").addEventListener("input", (event) => look({ ao: event.target.checked }));
+for (const name of ["x", "distance"]) find(`#${name}`).addEventListener("input", ({ target }) => look({ [name]: target.valueAsNumber }));
+find("#ao").addEventListener("input", ({ target }) => look({ ao: target.checked }));
 find("#switch").hidden = data.layers < 2;
+modules.forEach(({ textures }, k) => textures && find("#module").add(new Option(k, k)));
+find("#module").addEventListener("change", ({ target }) => look({ module: Number(target.value) }));
 canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
 canvas.addEventListener("pointermove", (event) => {
-  if (canvas.hasPointerCapture(event.pointerId)) look({ x: state.x + event.movementX * 60 * step / canvas.clientWidth });
+  if (canvas.hasPointerCapture(event.pointerId)) look({ x: state.x + event.movementX * 60 * across / canvas.clientWidth });
 });
+canvas.addEventListener("webglcontextlost", () => { find("#status").textContent = "the graphics card lost the pictures: load the page again."; });
 open().catch((error) => { find("#status").textContent = `${error.message}.`; });

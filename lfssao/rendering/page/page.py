@@ -89,7 +89,7 @@ def eye_page(
     _check(display)
     left, right = eye_range(display, chosen)
     start = min(max(0.0, left), right) if eye_x is None else eye_point(display, eye_x)[0]
-    size = picture_size(display, width)
+    eyes, size = (min(left, start), max(right, start)), picture_size(display, width)
     needed = 4 * len(layers) * len(chosen) * size[0] * size[1]
     if needed > MOST_BYTES:
         told = f"{needed >> 20} MB of pictures, a page holds {MOST_BYTES >> 20}"
@@ -109,15 +109,23 @@ def eye_page(
         "conical": display.diffuser == "conical",
         "height": display.observer_height,
         "distance": -display.observer_z,
+        "distances": _distances(display, *eyes),
         "curvature": display.observer_curvature,
         "eye": start,
-        "eyes": (min(left, start), max(right, start)),
+        "eyes": eyes,
         "modules": [
             {"x": m.x, "y": m.y, "z": m.z, "textures": made[k][0] if k in made else None}
             for k, m in enumerate(display.modules)
         ],
     }
     return EyePage(_filled(display.name, size, data), size[1])
+
+
+def _distances(display: Display, left: float, right: float) -> tuple[float, float]:
+    """Least and greatest distance of the observers that the page offers, metres: all its eyes are before the screen."""
+    distance = -display.observer_z
+    bulge = max(distance + eye_point(display, x)[2] for x in (left, 0.0, right))
+    return min(max(0.5 * distance, 1.1 * bulge), distance), 2 * distance
 
 
 def _check(display: Display) -> None:
@@ -179,7 +187,7 @@ def _filled(name: str, size: Sequence[int], data: Mapping[str, Any]) -> str:
     page, style, shader, script = ((here / f"eye.{end}").read_text("utf-8") for end in ("html", "css", "frag", "js"))
     allowed = [f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'" for text in (style, script)]
     policy = f"default-src 'none'; img-src data:; style-src {allowed[0]}; script-src {allowed[1]}"
-    left, right = data["eyes"]
+    (left, right), (near, far) = data["eyes"], data["distances"]
     return Template(page).substitute(
         name=escape(name.encode("utf-8", "backslashreplace").decode()),
         policy=policy,
@@ -190,5 +198,8 @@ def _filled(name: str, size: Sequence[int], data: Mapping[str, Any]) -> str:
         height=size[1],
         left=left,
         right=right,
+        near=near,
+        far=far,
+        distance=f"{data['distance']:g}",
         data=json.dumps(data).replace("<", "\\u003c"),
     )

@@ -150,33 +150,37 @@ def _packed(
     (columns, rows), path, module = size, folder / Path(entry["file"]).name, display.modules[index]
     x = display.screen_width * ((np.arange(columns) + 0.5) / columns - 0.5)
     y = display.screen_height * (0.5 - (np.arange(rows) + 0.5) / rows)
-    numbers, made, lit = display_module(display.module_numbers(index)), [], np.zeros(rows, bool)
-    with np.errstate(all="ignore"):  # where the optics form no picture
-        u, v, ahead, formed = _TO_IMAGE(numbers, *np.meshgrid(x, y), 0.0)
-        seen = ahead & formed & (u >= 0) & (u < module.width) & (v >= 0) & (v < module.height)
+    numbers, textures = display_module(display.module_numbers(index)), []
     for layer in layers:
         texture = read_layer(path, layer, entry["textures"][layer])
         if texture.shape != (module.height, module.width, 3) or not np.isfinite(texture).all():
             raise InputError(f"{path}: its part {layer} is no finite texture of {module.width}x{module.height} texels")
-        light = np.zeros((rows, columns, 3))
-        light[seen] = _bilinear(texture, np.stack([u[seen], v[seen]], axis=1))
-        lit |= light.any(axis=(1, 2))
-        picture = Image.fromarray(to_codes(light))
+        textures.append(texture)
+    with np.errstate(all="ignore"):  # where the optics form no picture
+        u, v, ahead, formed = _TO_IMAGE(numbers, *np.meshgrid(x, y), 0.0)
+        seen = ahead & formed & (u >= 0) & (u < module.width) & (v >= 0) & (v < module.height)
+    light = np.zeros((rows, columns, 3 * len(layers)))
+    light[seen] = _bilinear(np.concatenate(textures, axis=2), u[seen], v[seen])
+    made = []
+    for codes in np.split(to_codes(light), len(layers), axis=2):
+        picture = Image.fromarray(codes)
         if not seen.all():
             picture.putalpha(Image.fromarray(np.where(seen, np.uint8(255), np.uint8(0))))
         made.append(b64encode(image_png(picture)).decode())
+    lit: NDArray[np.bool_] = np.any(light, axis=(1, 2))
     return made, lit
 
 
-def _bilinear(texture: NDArray[np.float32], places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A texture, (H, W, C), at image points inside it, (n, 2): (n, C)."""
-    last = np.array(texture.shape[1::-1]) - 1
-    inner = np.clip(places - 0.5, 0, last)
-    low = inner.astype(np.int64)
-    (i, j), (right, below) = low.T, np.minimum(low + 1, last).T
-    f, g = (inner - low).T[..., None]
-    top = (1 - f) * texture[j, i] + f * texture[j, right]
-    bottom = (1 - f) * texture[below, i] + f * texture[below, right]
+def _bilinear(texture: NDArray[np.float32], u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A texture, (H, W, C), at n image points inside it: (n, C)."""
+    height, width, channels = texture.shape
+    x, y = np.clip(u - 0.5, 0, width - 1), np.clip(v - 0.5, 0, height - 1)
+    column, row = x.astype(np.int64), y.astype(np.int64)
+    f, g = (x - column)[:, None], (y - row)[:, None]
+    right, below = np.minimum(column + 1, width - 1), np.minimum(row + 1, height - 1)
+    texels = texture.reshape(-1, channels)
+    top = (1 - f) * texels[row * width + column] + f * texels[row * width + right]
+    bottom = (1 - f) * texels[below * width + column] + f * texels[below * width + right]
     made: NDArray[np.float64] = (1 - g) * top + g * bottom
     return made
 

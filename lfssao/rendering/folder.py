@@ -86,7 +86,7 @@ def read_manifest(folder: Path, layer: str, modules: Any = None) -> tuple[Displa
         channels = {name: t["channels"] for name, t in entry["textures"].items()}
         shown = [name for name, c in channels.items() if c[0].endswith("AO") or c[0][-1] == "R"]
         if layer not in shown:
-            raise InputError(f"{folder}: it has no layer '{layer}' to show: choose one of {', '.join(shown)}")
+            raise InputError(f"{folder}: it has no '{layer}' to show: choose one of {', '.join(shown)}")
     return display, entries
 
 

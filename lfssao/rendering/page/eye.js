@@ -166,9 +166,12 @@ find("#ao").addEventListener("input", ({ target }) => look({ ao: target.checked 
 find("#switch").hidden = data.layers < 2;
 modules.forEach(({ textures }, k) => textures && find("#module").add(new Option(k, k)));
 find("#module").addEventListener("change", ({ target }) => look({ module: Number(target.value) }));
-canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
-canvas.addEventListener("pointermove", (event) => {
-  if (canvas.hasPointerCapture(event.pointerId)) look({ x: state.x + event.movementX * 60 * across / canvas.clientWidth });
+let held = 0; // where the pointer was last
+canvas.addEventListener("pointerdown", ({ pointerId, clientX }) => { canvas.setPointerCapture(pointerId); held = clientX; });
+canvas.addEventListener("pointermove", ({ pointerId, clientX }) => {
+  if (!canvas.hasPointerCapture(pointerId)) return;
+  look({ x: state.x + (clientX - held) * 60 * across / canvas.clientWidth });
+  held = clientX;
 });
 canvas.addEventListener("webglcontextlost", () => { find("#status").textContent = "the graphics card lost the pictures: load the page again."; });
 open().catch((error) => { find("#status").textContent = `${error.message}.`; });

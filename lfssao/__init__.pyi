@@ -32,7 +32,7 @@ __all__ = [
     "MissingPackageError", "Module", "Occluders", "Occlusion", "Paint", "Part", "Photograph", "Quilt", "RayCaster",
     "Report", "Settings", "Textures", "View", "WorldToImage", "algorithm1", "algorithm2", "bent_normals", "blur",
     "builtin_scene", "compare", "default_radii", "display_names", "display_text", "estimate", "eye_page", "eye_point",
-    "eye_range", "eye_view", "find_display", "find_scene", "find_views", "fit_roi", "load_scene", "make_samples", "merge",
-    "module_views", "parse_display", "ray_cast_occlusion", "read_estimator", "read_exr", "reference", "render",
+    "eye_range", "eye_view", "find_display", "find_scene", "find_views", "fit_roi", "load_scene", "make_samples",
+    "merge", "module_views", "parse_display", "ray_cast_occlusion", "read_estimator", "read_exr", "reference", "render",
     "render_view", "shade", "square_points", "write_exr",
 ]  # fmt: skip

@@ -186,8 +186,8 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     }
     frames = tuple(boxes), None if transforms is None else tuple(transforms)
     folder, quilts = Path(options.output or "."), _quilts(options, display, settings, mesh, len(views))
-    forms = options.single_part, options.png, quilts
-    return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, *forms)
+    forms = {"single_part": options.single_part, "png": options.png, "quilts": quilts}
+    return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, **forms)
 
 
 def _display(options: argparse.Namespace) -> Display | Quilt:

@@ -186,7 +186,7 @@ COMMON = {
         (r"(vec3\(noise\[tile\].*\));", r"0.5 + 0.5 * \1;"), "noise vectors are packed, (v + 1) / 2 in place of v",
     ),
     "noise of rows from above": ((r"\(p\.y % side\)", "((size.y - 1 - p.y) % side)"), "noise of rows from below"),
-    "noise not tiled": ((r"p\.x % side", "p.x / side % side"), None),
+    "noise not tiled": ((r"p\.x % side", "p.x / side % side"), "tile of noise looked up at columns divided"),
     "normals inside out": ((r", n = (vec3\(.*\));", r", n = -\1;"), "normals with the other sign"),
     "kernel not folded": ((r"(kernel\[3 \* i \+ 2\])", r"(i % 2 == 0 ? 1.0 : -1.0) * \1"), None),
     "axis from the viewer": ((r"\+ kernel\[3 \* i \+ 2\] \* n\)", "- kernel[3 * i + 2] * normalize(c))"), None),

@@ -13,6 +13,7 @@ from lfssao.samples import texel_turns
 from lfssao.verify.case import described_turns, described_view
 from lfssao.verify.compare.view_case import view_case
 from lfssao.verify.diagnosis import diagnose
+from lfssao.verify.diagnosis.sampling import stretched_tiles
 from lfssao.verify.verdict import Verdict
 
 JOBS = {
@@ -103,6 +104,29 @@ def test_texels_are_those_that_are_counted_and_not_those_that_are_searched(view,
     folder, module, buffers, case = view("sao")
     found = compared(folder, module, occlusion(buffers, case)[::-1], tmp_path).diagnosis
     assert (found.candidates[0].kind, found.fits) == ("rows from below", True)
+
+
+QUOTIENT = "tile of noise looked up at {} divided by its side, in place of the remainder"
+TILED = {  # row and column of a tile of 3 x 3 that a texel (i, j) of 14 x 11 reads
+    QUOTIENT.format("columns"): lambda i, j: (j % 3, i // 3 % 3),
+    QUOTIENT.format("rows"): lambda i, j: (j // 3 % 3, i % 3),
+    QUOTIENT.format("rows from below"): lambda i, j: ((10 - (10 - j) // 3) % 3, i % 3),
+    QUOTIENT.format("columns and rows"): lambda i, j: (j // 3 % 3, i // 3 % 3),
+    QUOTIENT.format("columns and rows from below"): lambda i, j: ((10 - (10 - j) // 3) % 3, i // 3 % 3),
+    "tile of noise once over the texture, not repeated": lambda i, j: (int(3 * j / 11), int(3 * i / 14)),
+}
+
+
+def test_tiles_of_noise_have_mistakes_of_their_own():
+    tile = np.random.default_rng(3).random((2, 3, 3))
+    noise = np.tile(tile, (1, 4, 5))[:, :11, :14]
+    made = {name: other(noise) for name, other in stretched_tiles(noise)}
+    assert made.keys() == TILED.keys()
+    for name, place in TILED.items():
+        read = np.array([[tile[:, *place(i, j)] for i in range(14)] for j in range(11)])
+        assert np.array_equal(made[name], np.moveaxis(read, 2, 0)), name
+    assert [*stretched_tiles(np.random.default_rng(4).random((2, 11, 14)))] == []
+    assert [*stretched_tiles(np.ones((2, 11, 14)))] == []
 
 
 def test_noise_gets_no_name(view, tmp_path):

@@ -28,7 +28,14 @@ from lfssao.verify.bounds.points import point_bounds
 from lfssao.verify.diagnosis.change import FACTOR, OUTSIDE, Axis, Change, Places, Problem, fixed, late, plain, scaled
 from lfssao.verify.diagnosis.look_ups import of_borders
 from lfssao.verify.diagnosis.post import half, of_texture
-from lfssao.verify.diagnosis.sampling import other_noise, other_tables, other_turns, table_seeds, turn_seeds
+from lfssao.verify.diagnosis.sampling import (
+    other_noise,
+    other_tables,
+    other_turns,
+    stretched_tiles,
+    table_seeds,
+    turn_seeds,
+)
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 
@@ -203,7 +210,8 @@ class Estimated(Problem):
             yield with_buffers(
                 "samples turned the other way", turns=lambda b: None if b.turns is None else b.turns * way
             )
-            for words, other in other_noise(len(turns), self.estimator.vectors) if self.rotation == "none" else ():
+            noise = other_noise(len(turns), self.estimator.vectors) if self.rotation == "none" else ()
+            for words, other in (*noise, *stretched_tiles(turns)):
                 yield with_buffers(words, turns=lambda b, other=other: None if b.turns is None else other(b.turns))  # type: ignore[misc]
         for words, make in other_turns(self.rotation, self.seed, *shape):
             yield with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lfssao.errors import InputError
 from lfssao.samples import ROTATIONS, make_samples, sample_set, texel_turns
 from lfssao.samples.registry import METHODS
+from lfssao.samples.rotation import MOST_TILE
 from lfssao.verify.bounds.bounds import FloatArray
 
 SEEDS = 64  # that are tried, of samples and of turns
@@ -30,6 +31,35 @@ def other_noise(numbers: int, three: bool) -> Iterator[tuple[str, Callable[[Any]
     elif three:
         yield f"{packed}, z too", lambda noise: (np.concatenate([noise, 0 * noise[:1]]) + 1) / 2
     yield "noise of rows from below", lambda noise: noise[:, ::-1]
+
+
+def stretched_tiles(turns: NDArray[Any]) -> Iterator[tuple[str, Callable[[Any], Any]]]:
+    """Mistakes with the tile that turns, (2 or 3, H, W), repeat, by name; none of turns that do not repeat."""
+    (height, width), across, down = turns.shape[1:], _period(turns[:, 0]), _period(turns[:, :, 0])
+    columns, rows = _quotients(width, across), _quotients(height, down)
+    wrong = "tile of noise looked up at {} divided by its side, in place of the remainder"
+    if across > 1:
+        yield wrong.format("columns"), lambda noise: noise[:, :, columns]
+    if down > 1:
+        yield wrong.format("rows"), lambda noise: noise[:, rows]
+        yield wrong.format("rows from below"), lambda noise: noise[:, ::-1][:, rows][:, ::-1]
+    if across > 1 and down > 1:
+        yield wrong.format("columns and rows"), lambda noise: noise[:, rows[:, None], columns]
+        words = wrong.format("columns and rows from below")
+        yield words, lambda noise: noise[:, ::-1][:, rows[:, None], columns][:, ::-1]
+        i, j = np.arange(width) * across // width, np.arange(height) * down // height
+        yield "tile of noise once over the texture, not repeated", lambda noise: noise[:, j[:, None], i]
+
+
+def _period(line: NDArray[Any]) -> int:
+    """After how many numbers, at most ``MOST_TILE``, those of a line, (2 or 3, N), repeat; 1 if they do not."""
+    sizes = range(1, min(MOST_TILE, line.shape[1] // 2) + 1)
+    return next((size for size in sizes if np.array_equal(line[:, size:], line[:, :-size])), 1)
+
+
+def _quotients(count: int, side: int) -> NDArray[np.int64]:
+    """Numbers below ``count`` divided by a tile's side, within the tile."""
+    return np.arange(count) // side % side
 
 
 def other_turns(rotation: str, seed: int, height: int, width: int) -> Turns:

@@ -188,7 +188,10 @@ COMMON = {
     "noise of rows from above": ((r"\(p\.y % side\)", "((size.y - 1 - p.y) % side)"), "noise of rows from below"),
     "noise not tiled": ((r"p\.x % side", "p.x / side % side"), "tile of noise looked up at columns divided"),
     "normals inside out": ((r", n = (vec3\(.*\));", r", n = -\1;"), "normals with the other sign"),
-    "kernel not folded": ((r"(kernel\[3 \* i \+ 2\])", r"(i % 2 == 0 ? 1.0 : -1.0) * \1"), None),
+    "kernel not folded": (
+        (r"(kernel\[3 \* i \+ 2\])", r"(i % 2 == 0 ? 1.0 : -1.0) * \1"),
+        "z of samples 1, 3, 5, ... with the other sign, 8 of 16: the kernel is not folded",
+    ),
     "axis from the viewer": ((r"\+ kernel\[3 \* i \+ 2\] \* n\)", "- kernel[3 * i + 2] * normalize(c))"), None),
     "mean of one less": ((r"float\(count\)", "float(count - 1)"), "sum divided by 15 in place of 16"),
 }  # fmt: skip

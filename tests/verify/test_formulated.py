@@ -281,6 +281,10 @@ TEXTS = [
      ("for y, x in around", "for y, x in around[:1] + around[2:]"), ("dtype(count)", "dtype(count - 1)")),
     ("hbao", "sum divided by 5 in place of 4", ("dtype(count)", "dtype(count + 1)")),
     ("hbao", "step 4 of each direction dropped", ("range(1, steps + 1)", "range(1, steps)")),
+    ("oriented-hemisphere", "z of samples 2, 5 with the other sign, 2 of 12: the kernel is not folded",
+     ("abs(z) *", "(-abs(z) if z in table[[2, 5], 2] else abs(z)) *")),
+    ("oriented-hemisphere", "z of samples 0, 1, 2, ... with the other sign, 12 of 12: the kernel is not folded",
+     ("abs(z) *", "-abs(z) *")),
     ("alchemy", "background as if cleared to 0",
      ("away = positions[texel]", f"away = {CLEARED}"), ("depth[texel] < np.inf and above", "above")),
 ]  # fmt: skip

@@ -4,7 +4,7 @@ A problem holds some texels of the renderer's texture and the interval that the 
 there.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import exp, floor, log, log10
 from typing import Any, ClassVar, Self
@@ -62,6 +62,10 @@ class Problem:
     def changes(self) -> "list[Change]":
         """All changes that are tried."""
         raise NotImplementedError
+
+    def solved(self, wrong: Flags) -> "Iterable[Change]":
+        """Changes that are made of the texture's numbers; wrong: which texels are, (K,)."""
+        return ()
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """Smallest and largest values that are right, of the shape of ``mine``, before ``value``."""

@@ -200,6 +200,8 @@ class WrongTexture(Texture):
         tiny = small if isinstance(small.problem, Estimated) else draw.drawn(_SCREENED)
         changes = small.problem.changes()
         by_kind = {change.kind: change for change in changes}
+        if any(each.kind not in by_kind for each in known):
+            by_kind |= {change.kind: change for change in small.problem.solved(small.wrong)}
         told = (self._again(each, by_kind, large, counted) for each in known)
         best = next((trial for trial in told if trial is not None), None)
         if best is None and borders:

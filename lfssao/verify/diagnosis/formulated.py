@@ -27,7 +27,9 @@ from lfssao.verify.diagnosis import look_ups
 from lfssao.verify.diagnosis.change import INSIDE, Axis, Change, Places, fixed, late, scaled
 from lfssao.verify.diagnosis.estimated import OCCLUDES, Estimated
 from lfssao.verify.diagnosis.kernels.texels import Reading, fold_texels, sum_texels
+from lfssao.verify.diagnosis.signs import other_signs
 from lfssao.verify.diagnosis.views import Sight
+from lfssao.verify.verdict import Flags
 
 _MOST_SAMPLES = 256  # samples, and steps, each of which is left out in turn
 NEAREST, _CLEARED = 0, 1  # texels behind those of the view, whose surfaces may stand where there is none
@@ -37,7 +39,7 @@ _HALF = 2**13 + 1  # splits a float32 into half precision and the rest
 # Fields on which the view and its textures do not depend.
 _LATE = frozenset({
     "value", "store", "mine", "columns", "rows", "room", "off", "model", "radius", "points", "weights", "options",
-    "image", "border", "background", "odd", "times", "linear", "factor", "split",
+    "image", "border", "background", "odd", "times", "linear", "factor", "split", "signs",
 })  # fmt: skip
 # Fields beside these on which the words of the formulas do not depend.
 _EARLY = {"ties", "buffers", "sight", "own", "depth_scale", "depth_bias", "sign"}
@@ -59,6 +61,7 @@ class Formulated(Estimated):
     depth_bias: float = 0.0  # likewise
     sign: int = 1  # of surfaces' and of samples' depths
     split: int = 0  # by which u and v are rounded (``Reading``)
+    signs: FloatArray | None = None  # by which z of the estimator's samples is multiplied
     own: FloatArray | None = None  # (K, 3), points of the texels' surfaces where they are not those of the buffers
     # Textures with two texels behind their own, by the identity of those that they are made of
     longer: Mapping[int, Texture] = field(default_factory=dict)
@@ -77,13 +80,22 @@ class Formulated(Estimated):
             samples = self.estimator.default_samples()
         assert self.estimator.formulas is not None
         options = self.estimator.options(**self.options)
-        return distinct(self.estimator.formulas(self.buffers, radius, *samples, options))
+        made = distinct(self.estimator.formulas(self.buffers, radius, *samples, options))
+        if self.signs is None:
+            return made
+        signs = np.where(np.arange(3) == 2, self.signs[:, None], 1)
+        return made._replace(points=made.points * signs.astype(made.points.dtype))
 
     @cached_property
     def samples(self) -> int:
         """Number of look-ups that a texel makes."""
         numbers = self._numbers(self.radius)
         return len(numbers.points) * getattr(numbers, "steps", 1)
+
+    @property
+    def table(self) -> FloatArray:
+        """The samples as the estimator takes them."""
+        return np.asarray(self._numbers(self.radius).points)
 
     @cached_property
     def _words(self) -> set[str]:
@@ -172,7 +184,8 @@ class Formulated(Estimated):
     def _bounds(self) -> Bounds | None:
         """Bounds of the estimator; None where a look-up is changed, of which none are known."""
         looked = self.border, self.linear, self.background, self.ties, self.split, self.sign
-        if looked != (None, False, None, 0, 0, 1) or self.own is not None or (self.image != np.eye(3)).any():
+        changed = self.own is not None or self.signs is not None or (self.image != np.eye(3)).any()
+        if looked != (None, False, None, 0, 0, 1) or changed:
             return None
         numbers = self.times, self.factor, self.depth_scale, self.depth_bias
         return super()._bounds() if numbers == (1, 1, 1, 0) else None
@@ -188,6 +201,10 @@ class Formulated(Estimated):
             made.append(replace(change, hint="--parameter filter=linear"))
         made += [*look_ups.of_shifts(), fixed("u and v of half precision", split=_HALF)]
         return [*made, *self._of_depths()] if self._words & {"surface", "image_z"} else made
+
+    def solved(self, wrong: Flags) -> Iterator[Change]:
+        """Changes of samples that the texture's numbers are solved for."""
+        return other_signs(self, wrong)
 
     def _of_depths(self) -> Iterator[Change]:
         """Changes of the depths that are compared."""

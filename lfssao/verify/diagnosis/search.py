@@ -254,7 +254,7 @@ class Search:
     def best(self) -> list[Trial]:
         """The changes, tried on the large sample, best first."""
         tiny, small, large = self.tiny, self.small, self.large
-        found = self._plain(late=False)
+        found = self._plain(c for c in self.changes if not c.late)
         if any(large.fits(t) and t.left <= _NEARLY * large.before for t in found):
             return self._ranked(found)
         for count in (1, 2):  # values: two where one does not do
@@ -264,12 +264,12 @@ class Search:
             found += [large.refined(t, 1.5) for t in _likely(small, near, _REFINED)]
             if any(large.fits(t) for t in found):
                 return self._ranked(found)
-        return self._ranked([*found, *self._plain(late=True)])
+        late = [c for c in self.changes if c.late]
+        return self._ranked([*found, *self._plain([*late, *small.problem.solved(small.wrong)])])
 
-    def _plain(self, late: bool) -> list[Trial]:
+    def _plain(self, changes: Iterable[Change]) -> list[Trial]:
         """The likely changes without values, tried on the large sample."""
-        changes = (c for c in self.changes if not c.axes and c.late == late)
-        screened = _cheapest(self.tiny.trial(c, ()) for c in changes)[:_SCREENED]
+        screened = _cheapest(self.tiny.trial(c, ()) for c in changes if not c.axes)[:_SCREENED]
         if self.tiny is not self.small:
             screened = _cheapest(self.small.trial(trial.change, ()) for trial in screened)
         return [self.large.trial(trial.change, ()) for trial in _likely(self.small, screened, _PLAIN)]

@@ -1,0 +1,45 @@
+"""Samples whose z has the other sign, solved for in a wrong texture.
+
+Occlusion that is a sum of samples' terms differs from the reference's by the sum of known differences, one of each
+sample. Least squares find which of them count.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from lfssao.verify.bounds.bounds import FloatArray
+from lfssao.verify.diagnosis.change import Change, fixed
+from lfssao.verify.verdict import Flags
+
+_MOST = 64  # samples
+_OFTEN = 2  # times as many wrong texels as samples, at least, tell their signs
+_LISTED = 3  # samples
+_EXACT = 1e-4  # by which a sum of terms is the estimator's occlusion
+_NEARLY = 0.95  # share of the texels at which it is: others may be clamped
+
+
+def other_signs(problem: Any, wrong: Flags) -> Iterator[Change]:
+    """The change of the samples whose z has the other sign, by the numbers of a problem that adds up samples' terms."""
+    count = 0 if problem.points is None or problem.points.shape[1] != 3 else len(problem.points)
+    if not 1 < count <= _MOST or np.count_nonzero(wrong) < _OFTEN * count:
+        return
+    right, other = (_terms(problem.changed(signs=sign * np.ones(count)), count) for sign in (1, -1))
+    values = problem.changed(signs=None)._values()
+    if np.mean(np.abs(right.sum(axis=0) - values) <= _EXACT) < _NEARLY:
+        return
+    off = np.where(np.isfinite(problem.mine), problem.mine - values, 0)
+    parts, *_ = np.linalg.lstsq((other - right).T, off)
+    flipped = np.flatnonzero(parts > 0.5)
+    if len(flipped):
+        listed = ", ".join(map(str, flipped[:_LISTED])) + ", ..." * (len(flipped) > _LISTED)
+        reason = ": the kernel is not folded" if (problem.table[:, 2] >= 0).all() else ""
+        words = f"z of samples {listed} with the other sign, {len(flipped)} of {count}{reason}"
+        yield fixed(words, signs=np.where(parts > 0.5, -1.0, 1.0))
+
+
+def _terms(problem: Any, count: int) -> FloatArray:
+    """Each sample's part of occlusion, (count, K)."""
+    alone = [problem.changed(odd=(np.arange(count) != k, slice(None)), times=0.0) for k in range(count)]
+    return np.stack([each._values() for each in alone])

@@ -270,7 +270,9 @@ BUGS = {
         "taps not at centres": ((r"round\(far \* d\)", "far * d"), None),
         "last tap at the radius": ((r"float\(steps \+ 1\)", "float(steps)"), ("reach", 1.25)),
         "normals inside out": ((r"n = (vec3\(normals.*\));", r"n = -\1;"), "normals with the other sign"),
-        "z of normals not turned": ((r", -normals", ", normals"), None),
+        "z of normals not turned": (
+            (r", -normals", ", normals"), "z of normals in view space with the other sign",
+        ),
         "turned the other way": ((r"d\.x \* random\.x - d\.y \* random\.y, d\.x \* random\.y \+ d\.y \* random\.x",
                                   "d.x * random.x + d.y * random.y, -d.x * random.y + d.y * random.x"),
                                  "samples turned the other way"),
@@ -280,7 +282,9 @@ BUGS = {
         "frame mirrored": ((r"b = cross\(n, t\)", "b = cross(t, n)"), "samples mirrored in y"),
         "noise not unpacked": ((r"vec3\(random \* 2\.0 - 1\.0", "vec3(random"), None),
         "normals inside out": ((r"n = (vec3\(normals.*\));", r"n = -\1;"), "normals with the other sign"),
-        "z of normals not turned": ((r", -normals", ", normals"), None),
+        "z of normals not turned": (
+            (r", -normals", ", normals"), "z of normals in view space with the other sign",
+        ),
         "range check forgotten": ((r"\(1\.0 - smoothstep\(reach.*\)\);", "1.0;"), None),
         "strength of 1.5": ((r"- strength \*", "- 1.5 * strength *"), ("strength", 1.5)),
         "lengths not shifted": ((r"int\(random\.x \* 16\.0\)", "0"), None),

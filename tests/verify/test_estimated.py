@@ -18,7 +18,7 @@ from lfssao.verify.verdict import Verdict
 
 JOBS = {
     "sao": ("--camera", "--parameter", "gauss=0", "--parameter", "quad_edge=0"),
-    "alchemy": ("--camera",),
+    "alchemy": ("--camera", "--eye", "2,2.5,5"),
     "hbao": ("--display", "sample-a", "--modules", "9:10", "--rotate", "tiles"),
     "vo-points": ("--display", "sample-a", "--modules", "9:10", "--rotate", "hash"),
     "vo-lines": ("--display", "sample-a", "--modules", "9:10", "--rotate", "ign"),
@@ -60,6 +60,12 @@ def with_turns(buffers, turns):
     return replace(buffers, turns=np.ascontiguousarray(turns, np.float32))
 
 
+def with_normals(b, made):
+    """Normals by a matrix that is made of the view's, whose rows are right, up and away from the viewer."""
+    matrix = made(b.view.cast_from_world[:, :3])
+    return replace(b, normals=np.ascontiguousarray(np.einsum("kl,ijl->ijk", matrix, b.normals), np.float32))
+
+
 def compared(folder, module, texture, target):
     mine = changed(folder, target / "mine", module, remade("ao_1", lambda _: texture[..., None]))
     (result,) = lfssao.compare(mine, folder, layers=["ao_1"]).results
@@ -77,6 +83,14 @@ def other_hash(b):
     ("alchemy", "sigma", (1.713,), lambda b, c: occlusion(b, c, sigma=1.713)),
     ("alchemy", "radius", (0.931,), lambda b, c: occlusion(b, c, 0.931)),
     ("alchemy", "normals with the other sign", (), lambda b, c: occlusion(replace(b, normals=-b.normals), c)),
+    *(("alchemy", kind, (), lambda b, c, axes=axes: occlusion(with_normals(b, axes), c)) for kind, axes in (
+        ("z of normals in view space with the other sign", lambda view: view.T @ np.diag([1, 1, -1]) @ view),
+        ("y of normals in view space with the other sign", lambda view: view.T @ np.diag([1, -1, 1]) @ view),
+        ("normals of world space taken for view space", lambda view: (np.diag([1, 1, -1]) @ view).T),
+        ("normals of world space taken for left-handed view space", lambda view: view.T),
+        ("normals of view space taken for world space", lambda view: np.diag([1, 1, -1]) @ view),
+        ("normals of left-handed view space taken for world space", lambda view: view),
+    )),
     ("hbao", "radius", (0.8,), lambda b, c: occlusion(b, c, 0.8)),
     ("hbao", "bias", (21.36,), lambda b, c: occlusion(b, c, bias=21.36)),
     ("vo-points", "samples mirrored in y", (), lambda b, c: occlusion(b, c, samples=c.inputs["points"] * [1, -1, 1])),

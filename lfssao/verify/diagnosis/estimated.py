@@ -150,10 +150,8 @@ class Estimated(Problem):
         made.append(with_buffers("positions in physical space", positions=_physical))
         if self.estimator.turns:
             made += self._of_turns()
-        if self.buffers.normals is not None:
-            made.append(with_buffers("normals with the other sign", normals=lambda b: -np.asarray(b.normals)))
-            made.append(with_buffers("normals made from positions", normals=cache(face_normals)))
-            made.append(with_buffers("normals of half precision", normals=lambda b: half(np.asarray(b.normals))))
+        if self.buffers.normals is not None and self.estimator.reads_normals(self.options):
+            made += self._of_normals()
         if self.points is not None:
             made += [fixed(words, points=table) for words, table in other_tables(self.points)]
             seeds = table_seeds(self.points, self.sampling)
@@ -201,6 +199,20 @@ class Estimated(Problem):
         if self.asked:
             yield plain("no other module is asked", partial(_without_neighbours, of=slice(None)))
 
+    def _of_normals(self) -> Iterator[Change]:
+        """Normals of another sign, space, precision or source."""
+        yield with_buffers("normals with the other sign", normals=lambda b: -np.asarray(b.normals))
+        yield with_buffers("normals made from positions", normals=cache(face_normals))
+        yield with_buffers("normals of half precision", normals=lambda b: half(np.asarray(b.normals)))
+        axes = self.sight.view.world_from_cast[:, :3].T * [[1], [1], [-1]]  # right, up and towards the viewer
+        axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+        for name, axis in zip("xyz", axes, strict=True):
+            matrix = np.eye(3) - 2 * np.outer(axis, axis)
+            yield _turned_normals(f"{name} of normals in view space with the other sign", matrix)
+        for space, frame in (("view space", axes), ("left-handed view space", axes * [[1], [1], [-1]])):
+            yield _turned_normals(f"normals of world space taken for {space}", frame)
+            yield _turned_normals(f"normals of {space} taken for world space", frame.T)
+
     def _of_turns(self) -> Iterator[Change]:
         """Samples that turn from texel to texel otherwise, or not."""
         turns, shape = self.buffers.turns, self.buffers.depth.shape
@@ -218,6 +230,11 @@ class Estimated(Problem):
         for words, number in turn_seeds(self.rotation, self.seed):
             turned = partial(Buffers.turned, rotation=self.rotation, seed=number)
             yield late(with_buffers(words, turns=lambda b, turned=turned: turned(b).turns))  # type: ignore[misc]
+
+
+def _turned_normals(kind: str, matrix: FloatArray) -> Change:
+    """The change of normals by a matrix, of normals as rows."""
+    return with_buffers(kind, normals=lambda b: np.asarray(b.normals, np.float64) @ matrix)
 
 
 def _unturned(buffers: Buffers) -> Any:

@@ -260,7 +260,7 @@ BUGS = {
         "bias not taken off": ((r" - bias, 0\.0", ", 0.0"), None),
         "power forgotten": ((r"pow\((.*), power\)", r"\1"), ("power", 1 / 1.5)),
         "not doubled": ((r"sum \* 2\.0", "sum"), "sum divided by 64 in place of 32"),
-        "bias not made up for": ((r"1\.0 / \(1\.0 - bias\) / ", "1.0 / "), None),
+        "bias not made up for": ((r"1\.0 / \(1\.0 - bias\) / ", "1.0 / "), ("sum", 0.9)),
         "falloff forgotten": ((r"clamp\(square \* inverse \+ 1\.0, 0\.0, 1\.0\)", "1.0"), None),
         "radius without its 1/2": (
             (r"radius \* 0\.5 \*", "radius *"), "radius in texels x 2.000, as of a projection scale without its 1/2,",
@@ -294,7 +294,7 @@ BUGS = {
         "x and y exchanged": (
             (r"\[k\] \* t \+ directions\[k \+ 1\]", "[k + 1] * t + directions[k]"), "samples with x and y exchanged",
         ),
-        "a larger radius": ((r"way \* reach", "way * 1.3 * reach"), None),
+        "a larger radius": ((r"way \* reach", "way * 1.3 * reach"), ("length of samples", 1.3)),
     },
     "r3d": SPIRAL | {
         "5 forgotten": ((r"\(5\.0 /", "(1.0 /"), ("strength", 0.2)),

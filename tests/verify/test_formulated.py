@@ -285,6 +285,7 @@ TEXTS = [
      ("abs(z) *", "(-abs(z) if z in table[[2, 5], 2] else abs(z)) *")),
     ("oriented-hemisphere", "z of samples 0, 1, 2, ... with the other sign, 12 of 12: the kernel is not folded",
      ("abs(z) *", "-abs(z) *")),
+    ("oriented-hemisphere", "length of samples", ("[r * scene.linear", "[dtype(1.3) * r * scene.linear")),
     ("alchemy", "background as if cleared to 0",
      ("away = positions[texel]", f"away = {CLEARED}"), ("depth[texel] < np.inf and above", "above")),
 ]  # fmt: skip

@@ -25,7 +25,7 @@ from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.bounds import Bounds, FloatArray
 from lfssao.verify.diagnosis import look_ups
 from lfssao.verify.diagnosis.change import INSIDE, Axis, Change, Places, fixed, late, scaled
-from lfssao.verify.diagnosis.estimated import OCCLUDES, Estimated
+from lfssao.verify.diagnosis.estimated import OCCLUDES, ROOM, Estimated
 from lfssao.verify.diagnosis.kernels.texels import Reading, fold_texels, sum_texels
 from lfssao.verify.diagnosis.signs import other_signs
 from lfssao.verify.diagnosis.views import Sight
@@ -34,12 +34,13 @@ from lfssao.verify.verdict import Flags
 _MOST_SAMPLES = 256  # samples, and steps, each of which is left out in turn
 NEAREST, _CLEARED = 0, 1  # texels behind those of the view, whose surfaces may stand where there is none
 _NONE = -1  # no texel does
+_SOME = 0.1  # share of the texels at which changes differ
 _HALF = 2**13 + 1  # splits a float32 into half precision and the rest
 
 # Fields on which the view and its textures do not depend.
 _LATE = frozenset({
     "value", "store", "mine", "columns", "rows", "room", "off", "model", "radius", "points", "weights", "options",
-    "image", "border", "background", "odd", "times", "linear", "factor", "split", "signs",
+    "image", "border", "background", "odd", "times", "linear", "factor", "split", "sample_factors",
 })  # fmt: skip
 # Fields beside these on which the words of the formulas do not depend.
 _EARLY = {"ties", "buffers", "sight", "own", "depth_scale", "depth_bias", "sign"}
@@ -61,7 +62,7 @@ class Formulated(Estimated):
     depth_bias: float = 0.0  # likewise
     sign: int = 1  # of surfaces' and of samples' depths
     split: int = 0  # by which u and v are rounded (``Reading``)
-    signs: FloatArray | None = None  # by which z of the estimator's samples is multiplied
+    sample_factors: FloatArray = field(default_factory=lambda: np.ones(1))  # of coordinates, (n, 3) or (1,)
     own: FloatArray | None = None  # (K, 3), points of the texels' surfaces where they are not those of the buffers
     # Textures with two texels behind their own, by the identity of those that they are made of
     longer: Mapping[int, Texture] = field(default_factory=dict)
@@ -81,16 +82,20 @@ class Formulated(Estimated):
         assert self.estimator.formulas is not None
         options = self.estimator.options(**self.options)
         made = distinct(self.estimator.formulas(self.buffers, radius, *samples, options))
-        if self.signs is None:
+        if (self.sample_factors == 1).all():
             return made
-        signs = np.where(np.arange(3) == 2, self.signs[:, None], 1)
-        return made._replace(points=made.points * signs.astype(made.points.dtype))
+        return made._replace(points=made.points * self.sample_factors.astype(made.points.dtype))
 
     @cached_property
     def samples(self) -> int:
         """Number of look-ups that a texel makes."""
         numbers = self._numbers(self.radius)
         return len(numbers.points) * getattr(numbers, "steps", 1)
+
+    @property
+    def has_ball(self) -> bool:
+        """Whether samples are points of a ball."""
+        return self.points is not None and self.points.shape[1] == 3
 
     @property
     def table(self) -> FloatArray:
@@ -184,7 +189,7 @@ class Formulated(Estimated):
     def _bounds(self) -> Bounds | None:
         """Bounds of the estimator; None where a look-up is changed, of which none are known."""
         looked = self.border, self.linear, self.background, self.ties, self.split, self.sign
-        changed = self.own is not None or self.signs is not None or (self.image != np.eye(3)).any()
+        changed = self.own is not None or (self.sample_factors != 1).any() or (self.image != np.eye(3)).any()
         if looked != (None, False, None, 0, 0, 1) or changed:
             return None
         numbers = self.times, self.factor, self.depth_scale, self.depth_bias
@@ -200,7 +205,19 @@ class Formulated(Estimated):
             change = late(fixed("textures read between texels, by a linear filter", linear=True))
             made.append(replace(change, hint="--parameter filter=linear"))
         made += [*look_ups.of_shifts(), fixed("u and v of half precision", split=_HALF)]
+        made += self._of_factors()
         return [*made, *self._of_depths()] if self._words & {"surface", "image_z"} else made
+
+    def _of_factors(self) -> Iterator[Change]:
+        """Factors of samples and of the sum, where a radius or a strength does not do the same."""
+
+        def differ(one: Estimated, values: FloatArray) -> bool:
+            return bool(np.mean(np.abs(one._values() - values) > ROOM) > _SOME)
+
+        if self.has_ball and differ(_stretched(self, 2.0), self.changed(radius=2 * self.radius)._values()):
+            yield scaled("length of samples", _stretched, words="samples x {}, and not the range check's radius,")
+        if differ(self.changed(factor=self.factor / 2), self._values() / 2):
+            yield scaled(self.total, lambda p, f: p.changed(factor=p.factor * f))
 
     def solved(self, wrong: Flags) -> Iterator[Change]:
         """Changes of samples that the texture's numbers are solved for."""
@@ -254,6 +271,11 @@ class Formulated(Estimated):
         for times, words in odd:
             for k in range(steps if 1 < steps <= _MOST_SAMPLES else 0):
                 yield fixed(f"step {k + 1} of each direction {words}", odd=(slice(None), k), times=times)
+
+
+def _stretched(problem: Formulated, factor: float) -> Formulated:
+    """The problem with samples as much longer."""
+    return problem.changed(sample_factors=problem.sample_factors * factor)
 
 
 def longer(texture: Texture, channels: int = 1) -> Texture:

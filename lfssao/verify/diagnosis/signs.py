@@ -5,12 +5,13 @@ sample. Least squares find which of them count.
 """
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from lfssao.verify.bounds.bounds import FloatArray
-from lfssao.verify.diagnosis.change import Change, fixed
+from lfssao.verify.diagnosis.change import Change, plain
 from lfssao.verify.verdict import Flags
 
 _MOST = 64  # samples
@@ -22,11 +23,11 @@ _NEARLY = 0.95  # share of the texels at which it is: others may be clamped
 
 def other_signs(problem: Any, wrong: Flags) -> Iterator[Change]:
     """The change of the samples whose z has the other sign, by the numbers of a problem that adds up samples' terms."""
-    count = 0 if problem.points is None or problem.points.shape[1] != 3 else len(problem.points)
+    count = len(problem.points) if problem.has_ball else 0
     if not 1 < count <= _MOST or np.count_nonzero(wrong) < _OFTEN * count:
         return
-    right, other = (_terms(problem.changed(signs=sign * np.ones(count)), count) for sign in (1, -1))
-    values = problem.changed(signs=None)._values()
+    right, other = _terms(problem, count), _terms(_signed(problem, -np.ones(count)), count)
+    values = problem._values()
     if np.mean(np.abs(right.sum(axis=0) - values) <= _EXACT) < _NEARLY:
         return
     off = np.where(np.isfinite(problem.mine), problem.mine - values, 0)
@@ -36,7 +37,12 @@ def other_signs(problem: Any, wrong: Flags) -> Iterator[Change]:
         listed = ", ".join(map(str, flipped[:_LISTED])) + ", ..." * (len(flipped) > _LISTED)
         reason = ": the kernel is not folded" if (problem.table[:, 2] >= 0).all() else ""
         words = f"z of samples {listed} with the other sign, {len(flipped)} of {count}{reason}"
-        yield fixed(words, signs=np.where(parts > 0.5, -1.0, 1.0))
+        yield plain(words, partial(_signed, signs=np.where(parts > 0.5, -1.0, 1.0)))
+
+
+def _signed(problem: Any, signs: FloatArray) -> Any:
+    """The problem with signs of the samples' z, (n,)."""
+    return problem.changed(sample_factors=problem.sample_factors * np.where(np.arange(3) == 2, signs[:, None], 1.0))
 
 
 def _terms(problem: Any, count: int) -> FloatArray:

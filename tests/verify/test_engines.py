@@ -214,9 +214,9 @@ SPIRAL = {
     "falloff squared": ((r"f \* f \* f", "f * f * radius * radius"), None),
     "epsilon of R": ((r"epsilon \+ vv", "2.5 * epsilon + vv"), ("epsilon", 2.5)),
     "spiral of 5 turns": ((r"float\(turns\)", "5.0"), "turns 5 in place of"),
-    "without the half": ((r"\(float\(t\) \+ 0\.5\)", "(float(t) + 1.0)"), None),
+    "without the half": ((r"\(float\(t\) \+ 0\.5\)", "(float(t) + 1.0)"), "taps at (i + 1) / n of the radius"),
     "turned the other way": ((r"\+ spin", "- spin"), "samples turned the other way"),
-    "one tap less": ((r"t < taps", "t < taps - 1"), None),
+    "one tap less": ((r"t < taps", "t < taps - 1"), "the last tap left out"),
 }  # fmt: skip
 BUGS = {
     "learnopengl": HEMISPHERE,
@@ -309,7 +309,7 @@ BUGS = {
         "angles of rows from below": (
             (r"angles\[p\.y \* size\.x", "angles[(size.y - 1 - p.y) * size.x"), None,
         ),
-        "turned the other way": ((r"\+ spin", "- spin"), None),
+        "turned the other way": ((r"\+ spin", "- spin"), "samples turned the other way"),
         "level too low": ((r"- log_q", "- log_q + 1"), "log_q 2 in place of 3"),
         "edges averaged": ((r"< edge", "< 1e6"), None),
     },

@@ -36,6 +36,7 @@ from lfssao.verify.diagnosis.sampling import (
     table_seeds,
     turn_seeds,
 )
+from lfssao.verify.diagnosis.spiral import of_taps
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 
@@ -93,7 +94,7 @@ class Estimated(Problem):
     def _values(self) -> FloatArray:
         """The estimator's occlusion of the texels, (K,), from that of a whole texture."""
         buffers, at = self._whole()
-        made = estimate(self.estimator.name, buffers, self.radius, self.points, self.weights, **self.options)
+        made = estimate(self.estimator, buffers, self.radius, self.points, self.weights, **self.options)
         return made.texture[at].astype(np.float64)
 
     def _bounds(self) -> Bounds | None:
@@ -144,7 +145,7 @@ class Estimated(Problem):
         """All changes that are tried, those without values first."""
         made = [*of_texture(self), *self._of_options(), *view_changes(self.sight, self.centre, self.others)]
         made += of_borders("border" in self.options)
-        made += self._of_neighbours()
+        made += [*self._of_neighbours(), *of_taps(self)]
         made.append(with_buffers("positions of half precision", positions=lambda b: half(b.positions)))
         made.append(with_buffers("depth of half precision", depth=lambda b: half(b.depth)))
         made.append(with_buffers("positions in physical space", positions=_physical))

@@ -38,6 +38,7 @@ with 2 sigma / (2 pi), without the cubed factor and with beta d for beta by equa
 the top of a sphere, as u.n <= 0 for all taps.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
@@ -175,16 +176,24 @@ def sao_view(buffers: Buffers, z: Texture, options: SaoOptions) -> FloatView:
     return view
 
 
-def sampling_pass(buffers: Buffers, z: Texture, radius: float, options: AnyOptions) -> tuple[FloatView, Sao]:
-    """Return a view with the hierarchy of z, and the numbers of taps and terms; radius: r > 0, world units."""
+def sampling_pass(
+    buffers: Buffers, z: Texture, radius: float, options: AnyOptions, change: Callable[[Sao], Sao] | None = None
+) -> tuple[FloatView, Sao]:
+    """Return a view with the hierarchy of z, and the numbers of taps and terms, changed by a function.
+
+    radius: r > 0, world units.
+    """
     view = sao_view(buffers, z, options)
     levels = levels_of(z_hierarchy(z, options.mip, options.max_level, view.rays.origin))
-    return view._replace(levels=levels), distinct(sao_numbers(options, view.rays, radius, z))
+    numbers = sao_numbers(options, view.rays, radius, z)
+    return view._replace(levels=levels), distinct(numbers if change is None else change(numbers))
 
 
-def sample(buffers: Buffers, z: Texture, radius: float, options: AnyOptions) -> tuple[Texture, int]:
-    """Return A before averaging, (H, W), and how many taps fell outside the texture; radius: r > 0, world units."""
-    sums = run_kernel(sum_samples, z, *sampling_pass(buffers, z, radius, options))
+def sample(
+    buffers: Buffers, z: Texture, radius: float, options: AnyOptions, change: Callable[[Sao], Sao] | None = None
+) -> tuple[Texture, int]:
+    """Return A before averaging, (H, W), and how many taps fell outside; arguments are those of ``sampling_pass``."""
+    sums = run_kernel(sum_samples, z, *sampling_pass(buffers, z, radius, options, change))
     return visibility_of(scale_of(options, z.dtype), sums.texture), sums.outside
 
 
@@ -259,13 +268,23 @@ def reconstruct(visibility: Texture, keys: Texture, gauss: float, sharpness: flo
     return visibility
 
 
-def sao(buffers: Buffers, radius: float, points: None, weights: None, options: AnyOptions) -> Occlusion:
-    """Return occlusion by all passes; a camera's positions are not read, and it takes no samples but its own taps."""
+def sao(
+    buffers: Buffers,
+    radius: float,
+    points: None,
+    weights: None,
+    options: AnyOptions,
+    change: Callable[[Sao], Sao] | None = None,
+) -> Occlusion:
+    """Return occlusion by all passes; a camera's positions are not read, and it takes no samples but its own taps.
+
+    change: a function by which the numbers of these are changed.
+    """
     z = linear_z(buffers)
     if radius == 0:  # an empty ball holds nothing
         return Occlusion(np.zeros_like(z), 0)
     rays = texel_rays(buffers.view, z.dtype)
-    visibility, outside = sample(buffers, z, radius, options)
+    visibility, outside = sample(buffers, z, radius, options, change)
     averaged = np.empty_like(visibility)
     with np.errstate(over="ignore"):
         edge = z.dtype.type(options.quad_edge * radius / float(rays.units[2]))

@@ -239,13 +239,15 @@ BUGS = {
             "noise vectors are packed, (v + 1) / 2 in place of v",
         ),
         "normals inside out": ((r"n = (vec3\(normals.*\));", r"n = -\1;"), "normals with the other sign"),
-        "uniform for cosine": ((r"visible \+= .*;", "visible += 0.5 * (2.0 - first - second);"), None),
-        "slices by their projection": ((r"visible \+= ", "visible += length(n - across * dot(n, across)) * "), None),
+        "uniform for cosine": ((r"visible \+= .*;", "visible += 0.5 * (2.0 - first - second);"),
+                               "weighting uniform in place of cosine"),
+        "slices by their projection": ((r"visible \+= ", "visible += length(n - across * dot(n, across)) * "),
+                                       "projected true in place of false"),
         "horizon not in the hemisphere": (
             (r"first = dot\(v, plane\), second = -first", "first = -1.0, second = -1.0"), None,
         ),
         "fall-off forgotten": ((r", fall_off\)", ", 0.0)"), "fall_off 0 in place of 1"),
-        "thickness in texels": ((r">= thickness", ">= 0.05 * thickness"), None),
+        "thickness in texels": ((r">= thickness", ">= 0.05 * thickness"), ("thickness", 0.05)),
         "a larger radius": ((r"d \* radius", "d * 1.25 * radius"), ("radius", 1.25)),
         "exponent of 2": ((r", exponent\)", ", 2.0 * exponent)"), ("exponent", 2.0)),
         "power of 1.5": ((r", power\)", ", 1.5 * power)"), ("power", 1.5)),
@@ -261,13 +263,15 @@ BUGS = {
         "power forgotten": ((r"pow\((.*), power\)", r"\1"), ("power", 1 / 1.5)),
         "not doubled": ((r"sum \* 2\.0", "sum"), "sum divided by 64 in place of 32"),
         "bias not made up for": ((r"1\.0 / \(1\.0 - bias\) / ", "1.0 / "), ("sum", 0.9)),
-        "falloff forgotten": ((r"clamp\(square \* inverse \+ 1\.0, 0\.0, 1\.0\)", "1.0"), None),
+        "falloff forgotten": (
+            (r"clamp\(square \* inverse \+ 1\.0, 0\.0, 1\.0\)", "1.0"), "attenuation none in place of quadratic",
+        ),
         "radius without its 1/2": (
             (r"radius \* 0\.5 \*", "radius *"), "radius in texels x 2.000, as of a projection scale without its 1/2,",
         ),
         "jitter forgotten": ((r"random\.z \* between \+ 1\.0", "1.0"), "noise vectors' z is left out"),
         "no texel further out": ((r"random\.z \* between \+ 1\.0", "random.z * between"), None),
-        "taps not at centres": ((r"round\(far \* d\)", "far * d"), None),
+        "taps not at centres": ((r"round\(far \* d\)", "far * d"), "snap false in place of true"),
         "last tap at the radius": ((r"float\(steps \+ 1\)", "float(steps)"), ("reach", 1.25)),
         "normals inside out": ((r"n = (vec3\(normals.*\));", r"n = -\1;"), "normals with the other sign"),
         "z of normals not turned": (
@@ -285,10 +289,12 @@ BUGS = {
         "z of normals not turned": (
             (r", -normals", ", normals"), "z of normals in view space with the other sign",
         ),
-        "range check forgotten": ((r"\(1\.0 - smoothstep\(reach.*\)\);", "1.0;"), None),
+        "range check forgotten": (
+            (r"\(1\.0 - smoothstep\(reach.*\)\);", "1.0;"), "range_check none in place of smoothstep",
+        ),
         "strength of 1.5": ((r"- strength \*", "- 1.5 * strength *"), ("strength", 1.5)),
-        "lengths not shifted": ((r"int\(random\.x \* 16\.0\)", "0"), None),
-        "directions not shifted": ((r"int\(random\.y \* 16\.0\)", "0"), None),
+        "lengths not shifted": ((r"int\(random\.x \* 16\.0\)", "0"), "shifts directions in place of both"),
+        "directions not shifted": ((r"int\(random\.y \* 16\.0\)", "0"), "shifts lengths in place of both"),
         "mean of one less": ((r"sum / 16\.0", "sum / 15.0"), "sum divided by 15 in place of 16"),
         "kernel not folded": ((r"directions\[k \+ 2\] \*", "(i % 2 == 0 ? 1.0 : -1.0) * directions[k + 2] *"), None),
         "x and y exchanged": (

@@ -64,12 +64,16 @@ SHADERS = {
     "threejs-gtao": {
         "slices": [1, 3], "steps": [1, 6], "exponent": [1.0, 2.0], "thickness": [4.0, 0.2], "fall_off": [0.0, 1.0],
         "power": [1.0, 1.5], "border": ["open", "clamp"], "filter": ["nearest", "linear"],
+        "weighting": ["cosine", "uniform"], "projected": [False, True],
     },
     "nvidia-hbao": {
         "directions": [1, 8], "steps": [1, 4], "reach": [0.5, 1.0], "bias": [0.0, 0.1], "power": [1.0, 1.5],
-        "border": ["open", "clamp", "mirror"],
+        "border": ["open", "clamp", "mirror"], "attenuation": ["quadratic", "none"], "snap": [True, False],
     },
-    "babylon-ssao2": {"strength": [1.0, 2.0], "base": [0.0, 0.1], "max_z": [100.0, 4.0], "min_z_aspect": [0.2, 0.05]},
+    "babylon-ssao2": {
+        "strength": [1.0, 2.0], "base": [0.0, 0.1], "max_z": [100.0, 4.0], "min_z_aspect": [0.2, 0.05],
+        "range_check": ["smoothstep", "none"], "shifts": ["both", "directions", "lengths", "none"],
+    },
 }  # fmt: skip
 # Factors of errors that are too small: a root of a cancelled difference is off by far more than renderers mostly are.
 TOO_SMALL = {"vo-area": 0.01, "vo-area-normal": 0.01}

@@ -41,6 +41,7 @@ from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 
 ROOM = 2e-5  # by which sums of a renderer in float32 are off; of a small error beyond the interval a quarter of it
+_OPTION = replace(FACTOR, most=3.5)  # lengths in texels or of another unit are farther off than radii
 _MOST_COUNT = 40  # of taps, turns and other whole numbers
 REMAPPED, OCCLUDES = "2 max(0, ao - 1/2) in place of ao", "background counted as occluder"
 # Names of options with another value, where they have one of their own.
@@ -187,7 +188,7 @@ class Estimated(Problem):
                     yield plain(words, partial(_with_option, name, value=value * factor))
             if isinstance(value, float) and value != 0.0:
                 words = f"{'radius in texels' if name == 'reach' else name} x {{}}"
-                yield scaled(name, partial(_scaled_option, name, limits[name]), FACTOR, words)
+                yield scaled(name, partial(_scaled_option, name, limits[name]), _OPTION, words)
             elif isinstance(value, float) and limits[name][1] < np.inf:
                 most = limits[name][1]
                 words = f"{name} {{}} in place of {value:g}"

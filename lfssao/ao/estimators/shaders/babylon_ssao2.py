@@ -20,6 +20,8 @@ from lfssao.errors import InputError
 from lfssao.samples import make_samples
 
 SAMPLES = 16  # directions and lengths of the shader's tables
+RANGE_CHECKS = "smoothstep", "none"
+SHIFTS = {"both": (1, 1), "directions": (1, 0), "lengths": (0, 1), "none": (0, 0)}
 
 
 @dataclass(frozen=True)
@@ -30,10 +32,17 @@ class BabylonOptions(LookUps):
     base: float = option(0.0, "added to the visibility", limits=(0.0, 1.0))
     max_z: float = option(100.0, "maxZ, distance along the axis at which occlusion ends", limits=(0.0, 1e12))
     min_z_aspect: float = option(0.2, "R is at most so many times distance over near plane", limits=(0.0, 1e6))
+    range_check: str = option(
+        "smoothstep", "weight of what is hidden: 1 - smoothstep(R / 2, R, z_S - z_Q), or 1", choices=RANGE_CHECKS
+    )
+    shifts: str = option("both", "tables that a texel takes from another number on", choices=tuple(SHIFTS))
 
 
 class Kernel(NamedTuple):
-    """Directions, (16, 3), and lengths, (16,); R; R at distance 1; the factor of the sum; base; where AO fades."""
+    """Directions, (16, 3), and lengths, (16,); R; R at distance 1; the factor of the sum; base; where AO fades.
+
+    checked: whether there is a range check. by_y, by_x: 1 where noise shifts directions and lengths, else 0.
+    """
 
     points: Any
     lengths: Any
@@ -42,6 +51,9 @@ class Kernel(NamedTuple):
     scale: Any
     base: Any
     far: Any
+    checked: bool
+    by_y: int
+    by_x: int
 
     def start(self, view: Any, texel: Any) -> Any:
         """The noise, R there, its fading, and the images of C and of the frame's axes."""
@@ -63,13 +75,15 @@ class Kernel(NamedTuple):
     def place(self, view: Any, here: Any, s: Any) -> Any:
         """The image of C + R l (x t + y b + z n)."""
         (x, y), radius, _, (c, t, b, n) = here
-        k, length = _taken(self, y, s), radius * number(self.lengths[_taken(self, x, s)], radius)
+        k, m = _taken(self, self.by_y, y, s), _taken(self, self.by_x, x, s)
+        length = radius * number(self.lengths[m], radius)
         return c + length * (self.points[k, 0] * t + self.points[k, 1] * b + self.points[k, 2] * n)
 
     def term(self, view: Any, here: Any, s: Any, z: Any, texel: Any, seen: Any) -> Any:
         """1 - smoothstep(R / 2, R, z_S - z_Q) of a point that is hidden."""
         before, radius = z - view.surface(seen), here[1]
-        return select(before >= 0, (1 - _step(0.5 * radius, radius, before)) * here[2], 0)
+        weight = select(self.checked, 1 - _step(0.5 * radius, radius, before), number(1, before))
+        return select(before >= 0, weight * here[2], 0)
 
     def background(self) -> Any:
         """The term of a point before background."""
@@ -87,11 +101,11 @@ def _step(low: Any, high: Any, x: Any) -> Any:
 
 
 @formula
-def _taken(kernel: Any, noise: Any, s: Any) -> Any:
-    """The number in a table of sample s, by a coordinate of the noise from -1 to 1, which is exact."""
+def _taken(kernel: Any, shift: Any, noise: Any, s: Any) -> Any:
+    """The number in a table of sample s, shifted (1) by a coordinate of the noise, exact, from -1 to 1, or not (0)."""
     on = 0
     for k in range(1, SAMPLES + 1):
-        on = on + select(surely(noise >= k / 8 - 1), 1, 0)
+        on = on + select(surely(noise >= k / 8 - 1), shift, 0)
     return (s + on) % SAMPLES
 
 
@@ -104,7 +118,7 @@ def babylon_ssao2(
     if len(points) != SAMPLES:
         raise InputError(f"estimator babylon-ssao2 has {SAMPLES} samples, given are {len(points)}")
     kind, near = buffers.depth.dtype.type, float(buffers.view.lens[4])
-    steps = (np.arange(1, SAMPLES + 1) / SAMPLES) ** 2
+    steps, (by_y, by_x) = (np.arange(1, SAMPLES + 1) / SAMPLES) ** 2, SHIFTS[options.shifts]
     with np.errstate(over="ignore", divide="ignore"):
         return Kernel(
             points=np.ascontiguousarray(points, kind),
@@ -114,6 +128,9 @@ def babylon_ssao2(
             scale=kind(options.strength / SAMPLES),
             base=kind(options.base),
             far=kind(options.max_z),
+            checked=options.range_check == "smoothstep",
+            by_y=by_y,
+            by_x=by_x,
         )
 
 

@@ -20,6 +20,8 @@ from lfssao.core.places import image_place
 from lfssao.core.vectors import dot
 from lfssao.errors import InputError
 
+ATTENUATIONS = "quadratic", "none"
+
 
 @dataclass(frozen=True)
 class NvidiaOptions(Bordered):
@@ -30,6 +32,10 @@ class NvidiaOptions(Bordered):
     reach: float = option(0.5, "part of R that taps are spread over", limits=(0.01, 4.0))
     bias: float = option(0.1, "cosine that a tap's direction to the normal must exceed", limits=(0.0, 0.9999))
     power: float = option(1.5, "power of the visibility", limits=(0.0, 16.0))
+    attenuation: str = option(
+        "quadratic", "weight of a tap that sees a point V away: max(0, 1 - |V|^2 / R^2), or 1", choices=ATTENUATIONS
+    )
+    snap: bool = option(True, "whether a tap lies at the nearest centre of a texel")
 
 
 class Taps(NamedTuple):
@@ -42,6 +48,7 @@ class Taps(NamedTuple):
     bias: Any
     share: Any
     exponent: float
+    snap: bool
 
     def start(self, view: Any, texel: Any) -> Any:
         """P, its normal, the texel's place, steps across and up in texels, its direction, and its part of a step."""
@@ -80,12 +87,13 @@ class Taps(NamedTuple):
 
 @formula
 def _tap(taps: Any, view: Any, here: Any, s: Any) -> Any:
-    """The image point of tap s: the nearest centre of a texel to (jitter + k) steps and one texel out."""
+    """The image point of tap s: (jitter + k) steps and one texel out, or the nearest centre of a texel."""
     _, _, (column, row), (across, up), (cosine, sine), jitter = here
     x, y = view.sine_of_angle(taps.points[s, 0]), view.sine_of_angle(taps.points[s, 1])
     k = jitter + number(taps.points[s, 2], jitter)
     right, high = (k * across + 1) * (x * cosine - y * sine), (k * up - 1) * (x * sine + y * cosine)
-    return column + (np.floor(right + 0.5) + 0.5), row + (np.floor(high + 0.5) + 0.5)
+    whole, above = select(taps.snap, np.floor(right + 0.5), right), select(taps.snap, np.floor(high + 0.5), high)
+    return column + (whole + 0.5), row + (above + 0.5)
 
 
 def nvidia_hbao(buffers: Buffers, radius: float, points: None, weights: None, options: NvidiaOptions) -> Taps:
@@ -100,10 +108,11 @@ def nvidia_hbao(buffers: Buffers, radius: float, points: None, weights: None, op
             points=table.astype(kind),
             reach=kind(options.reach * radius),
             between=kind(options.steps + 1),
-            inverse=kind(1 / np.float64(radius) ** 2),
+            inverse=kind(0 if options.attenuation == "none" and radius > 0 else 1 / np.float64(radius) ** 2),
             bias=kind(options.bias),
             share=kind(2 / ((1 - options.bias) * n)),
             exponent=options.power,
+            snap=options.snap,
         )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from lfssao.ao.estimators.estimator import option
 from lfssao.ao.estimators.look_ups import LookUps
 from lfssao.ao.estimators.oriented import cast_length
-from lfssao.ao.estimators.slices import arc
+from lfssao.ao.estimators.slices import WEIGHTINGS, arc
 from lfssao.ao.formulas import ZENITH, folded
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
@@ -45,6 +45,8 @@ class ThreeOptions(LookUps):
     )
     fall_off: float = option(1.0, "distanceFallOff, how much later steps raise less", limits=(0.0, 1.0))
     power: float = option(1.0, "scale, power of the visibility", limits=(0.0, 16.0))
+    weighting: str = option("cosine", "weights of directions", choices=WEIGHTINGS)
+    projected: bool = option(False, "whether a slice counts by the length of the normal's part in it")
 
 
 class Slices(NamedTuple):
@@ -58,6 +60,8 @@ class Slices(NamedTuple):
     fall_off: Any
     exponent: float
     power: float
+    cosine: bool
+    projected: bool
 
     def start(self, view: Any, texel: Any) -> Any:
         """P, w, z, n, the directions of the screen, turned, and the images of P and of R times these."""
@@ -79,7 +83,7 @@ class Slices(NamedTuple):
 
     def begin(self, view: Any, here: Any, s: Any) -> Any:
         """The cosine of the tangent plane's angle."""
-        e, _ = _tilt(self, here, s)
+        e, _, _ = _tilt(self, here, s)
         return within(-e, -ZENITH, ZENITH)
 
     def part(self, view: Any, texel: Any, k: Any) -> Any:
@@ -102,9 +106,11 @@ class Slices(NamedTuple):
 
     def leave(self, view: Any, here: Any, s: Any, state: Any) -> Any:
         """The visible part of a side."""
-        cosine, (e, towards) = smaller(1, larger(-1, state)), _tilt(self, here, s)
+        cosine, (e, towards, length) = smaller(1, larger(-1, state)), _tilt(self, here, s)
         low, high = least(cosine), most(cosine)
-        return alternatives(arc(low, view.arc_cosine(low), towards, e), arc(high, view.arc_cosine(high), towards, e))
+        made = alternatives(arc(low, view.arc_cosine(low), towards, e), arc(high, view.arc_cosine(high), towards, e))
+        made = select(self.cosine, made, 0.5 - 0.5 * cosine)
+        return select(self.projected, length * made, made)
 
     def end(self, total: Any) -> Any:
         """1 - visibility^power, of the mean over the slices."""
@@ -114,13 +120,13 @@ class Slices(NamedTuple):
 
 @formula
 def _tilt(slices: Any, here: Any, s: Any) -> Any:
-    """The sine and the cosine of the normal's angle in a slice, on the side of s."""
+    """The sine and the cosine of the normal's angle in a slice, on the side of s, and the length of its part there."""
     _, w, _, n, (a, b), _ = here
     d = slices.points[s, 0] * a + slices.points[s, 1] * b
     e = d - dot(d, w) * w
     along, towards = dot(n, e) / np.sqrt(dot(e, e)), -dot(n, w)
     length = np.sqrt(along * along + towards * towards)
-    return along / length, towards / length
+    return along / length, towards / length, length
 
 
 @formula
@@ -142,6 +148,8 @@ def three_gtao(buffers: Buffers, radius: float, points: None, weights: None, opt
         fall_off=kind(options.fall_off),
         exponent=options.exponent,
         power=options.power,
+        cosine=options.weighting == "cosine",
+        projected=options.projected,
     )
 
 

@@ -317,7 +317,7 @@ BUGS = {
         ),
         "turned the other way": ((r"\+ spin", "- spin"), "samples turned the other way"),
         "level too low": ((r"- log_q", "- log_q + 1"), "log_q 2 in place of 3"),
-        "edges averaged": ((r"< edge", "< 1e6"), None),
+        "edges averaged": ((r"< edge", "< 1e6"), "quad_edge"),
     },
 }  # fmt: skip
 

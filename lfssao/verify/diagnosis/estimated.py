@@ -83,7 +83,7 @@ class Estimated(Problem):
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The estimator's occlusion, with room for rounding."""
-        values, small = self._values(), (self.off > 0) & self.bounded
+        values, small = self.values(), (self.off > 0) & self.bounded
         room = self.room / 4 + np.where(small, np.minimum(ROOM, self.off / 4), ROOM)
         low, high = values - room, values + room
         bounds = None if self.model is None else self._bounds()
@@ -92,7 +92,7 @@ class Estimated(Problem):
         near = (self.mine >= low) & (self.mine <= high)
         return np.where(near, low, np.minimum(low, bounds.lower)), np.where(near, high, np.maximum(high, bounds.upper))
 
-    def _values(self) -> FloatArray:
+    def values(self) -> FloatArray:
         """The estimator's occlusion of the texels, (K,), from that of a whole texture."""
         buffers, at = self._whole()
         made = estimate(self.estimator, buffers, self.radius, self.points, self.weights, **self.options)

@@ -181,7 +181,7 @@ class Formulated(Estimated):
         kernel(self._view._replace(look=None), numbers, self._reading(), size, self._texels, weights, made)
         return Occlusion(made[None], 0)
 
-    def _values(self) -> FloatArray:
+    def values(self) -> FloatArray:
         """The estimator's occlusion of the texels."""
         made = self.estimator.at_radii(self._at, self.radius, self.estimator.options(**self.options)).texture
         return np.asarray(made[0], np.float64)
@@ -212,11 +212,11 @@ class Formulated(Estimated):
         """Factors of samples and of the sum, where a radius or a strength does not do the same."""
 
         def differ(one: Estimated, values: FloatArray) -> bool:
-            return bool(np.mean(np.abs(one._values() - values) > ROOM) > _SOME)
+            return bool(np.mean(np.abs(one.values() - values) > ROOM) > _SOME)
 
-        if self.has_ball and differ(_stretched(self, 2.0), self.changed(radius=2 * self.radius)._values()):
+        if self.has_ball and differ(_stretched(self, 2.0), self.changed(radius=2 * self.radius).values()):
             yield scaled("length of samples", _stretched, words="samples x {}, and not the range check's radius,")
-        if differ(self.changed(factor=self.factor / 2), self._values() / 2):
+        if differ(self.changed(factor=self.factor / 2), self.values() / 2):
             yield scaled(self.total, lambda p, f: p.changed(factor=p.factor * f))
 
     def solved(self, wrong: Flags) -> Iterator[Change]:

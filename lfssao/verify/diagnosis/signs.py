@@ -27,7 +27,7 @@ def other_signs(problem: Any, wrong: Flags) -> Iterator[Change]:
     if not 1 < count <= _MOST or np.count_nonzero(wrong) < _OFTEN * count:
         return
     right, other = _terms(problem, count), _terms(_signed(problem, -np.ones(count)), count)
-    values = problem._values()
+    values = problem.values()
     if np.mean(np.abs(right.sum(axis=0) - values) <= _EXACT) < _NEARLY:
         return
     off = np.where(np.isfinite(problem.mine), problem.mine - values, 0)
@@ -48,4 +48,4 @@ def _signed(problem: Any, signs: FloatArray) -> Any:
 def _terms(problem: Any, count: int) -> FloatArray:
     """Each sample's part of occlusion, (count, K)."""
     alone = [problem.changed(odd=(np.arange(count) != k, slice(None)), times=0.0) for k in range(count)]
-    return np.stack([each._values() for each in alone])
+    return np.stack([each.values() for each in alone])

@@ -23,7 +23,7 @@ from lfssao.ao.textures import Buffers
 from lfssao.rendering.manifest import describe_machine
 from lfssao.rendering.neighbours import DepthCache
 from lfssao.rendering.passes import render_view
-from lfssao.rendering.points import read_at
+from lfssao.rendering.points import places_of, read_at
 from lfssao.rendering.settings import diagonal
 from lfssao.rendering.viewer import LightField, eye_view
 from lfssao.rendering.views import neighbour_views
@@ -45,13 +45,13 @@ def path(display, mesh, world, eyes, width):
 def along_path(points, display, textures, stops, same, blend="linear"):
     """The value that each point shows to the eye at each stop, (n, eyes) float64, NaN where it does not see the point.
 
-    textures: (H, W) float32 by module; same: as of ``read_at``.
+    textures: (H, W) float32 by module; same: as of ``places_of``.
     """
     shown = LightField(display, textures, channels=1)
     for index, texture in textures.items():
         shown.put(index, np.ascontiguousarray(texture[..., None], np.float32))
     read = [
-        read_at(points, view, seen, shown.photograph(eye, view.width, blend).image[..., 0], same)
+        read_at(places_of(points, view, seen.positions, same), shown.photograph(eye, view.width, blend).image[..., 0])
         for eye, view, seen in stops
     ]
     return np.stack(read, axis=1)

@@ -30,6 +30,7 @@ COMMANDS = {
     "view": "what an eye on the observer line sees of a rendered display",
     "kit": "write reference cases for a renderer in another language",
     "compare": "another renderer's textures against a reference",
+    "agree": "how far views differ in the occlusion of the surface that they share",
     "samples": "make, check and draw sample sets",
     "bench": "measure errors, stability and time",
 }

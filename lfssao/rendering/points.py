@@ -1,28 +1,39 @@
-"""Points of the surface, read in the textures of views."""
+"""Points of the surface, found in the textures of other views than the one that they come from."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.view import View
 
 Points = NDArray[np.float64]
 Values = NDArray[np.float64]
+Places = NDArray[np.int64]
 Texture = NDArray[np.floating[Any]]
 
 
-def read_at(points: Points, view: View, gbuffer: GBuffer, texture: Texture, same: float) -> Values:
-    """Return a texture's values at the texel of each point, (n,) float64; NaN where the view does not see it.
+def spread_points(positions: Texture, most: int) -> Points:
+    """Return world coordinates, (n, 3), of at most ``most`` surface texels of positions, (H, W, 3), spread evenly."""
+    found = positions[np.isfinite(positions).all(axis=2)].astype(np.float64)
+    step = max(1, -(-len(found) // most))
+    return np.ascontiguousarray(found[::step])
 
-    Points are (n, 3) world coordinates, and gbuffer is the view's. It sees a point if the surface at that texel is no
-    farther than ``same`` from it, world units.
+
+def places_of(points: Points, view: View, positions: Texture, same: float) -> Places:
+    """Return the texel of each point in a view, (n,) int64: row times width plus column, -1 where it is not seen.
+
+    Points are (n, 3) world coordinates; positions are the view's, (H, W, 3), without guard band. It sees a point if the
+    surface at the nearest texel is no farther than ``same`` from it, world units.
     """
-    image = view.world_to_image(points)
-    inside = (image[:, 0] >= 0) & (image[:, 0] < view.width) & (image[:, 1] >= 0) & (image[:, 1] < view.height)
-    u, v = (np.where(inside, image[:, axis], 0).astype(np.int64) for axis in (0, 1))
-    assert gbuffer.positions is not None
-    away = gbuffer.positions[v, u].astype(np.float64) - points
-    near = np.where(np.isfinite(away).all(axis=1), (away * away).sum(axis=1), np.inf) <= same * same
-    return np.where(inside & near, texture[v, u].astype(np.float64), np.nan)
+    height, width = positions.shape[:2]
+    image = view.world_to_image(points)[:, :2] - view.guard
+    inside = np.asarray(((image >= 0) & (image < (width, height))).all(axis=1))  # not where it is NaN
+    u, v = np.where(inside[:, None], image, 0).astype(np.int64).T
+    x, y, z = (positions[v, u].astype(np.float64) - points).T  # infinite where there is no surface
+    return np.where(inside & ((x * x + y * y) + z * z <= same * same), v * width + u, -1)
+
+
+def read_at(places: Places, texture: Texture) -> Values:
+    """Return a texture's values, (H, W), at the places of points, (n,) float64; NaN where the view does not see one."""
+    return np.where(places >= 0, texture.reshape(-1)[places].astype(np.float64), np.nan)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.view import View
-from lfssao.rendering.points import Points, Texture, Values, read_at
+from lfssao.rendering.points import Points, Texture, Values, places_of, read_at, spread_points
 from lfssao.viz.panels import texture_panels
 
 
@@ -34,17 +34,21 @@ class Spread:
 def surface_points(gbuffer: GBuffer, most: int = 20_000) -> Points:
     """Return world coordinates of at most ``most`` visible surface points, spread evenly over a texture."""
     assert gbuffer.positions is not None
-    found = gbuffer.positions[gbuffer.triangle >= 0].astype(np.float64)
-    step = max(1, -(-len(found) // most))
-    return np.ascontiguousarray(found[::step])
+    return spread_points(gbuffer.positions, most)
 
 
 def over_modules(
     points: Points, views: Sequence[View], gbuffers: Sequence[GBuffer], textures: Sequence[Texture], same: float
 ) -> Values:
-    """Return all modules' values at each point, (n, modules) float64; arguments as of ``read_at``, one a module."""
-    modules = zip(views, gbuffers, textures, strict=True)
-    return np.stack([read_at(points, *module, same) for module in modules], axis=1)
+    """Return all modules' values at each point, (n, modules) float64, NaN where a module does not see it.
+
+    A view, G-buffer and texture a module, without guard bands; same: as of ``places_of``.
+    """
+    read = []
+    for view, gbuffer, texture in zip(views, gbuffers, textures, strict=True):
+        assert gbuffer.positions is not None
+        read.append(read_at(places_of(points, view, gbuffer.positions, same), texture))
+    return np.stack(read, axis=1)
 
 
 def point_deviations(values: Values) -> NDArray[np.float64]:
@@ -87,6 +91,6 @@ def draw_disagreement(view: View, points: Points, values: Mapping[str, Values]) 
         shown = axes.scatter(*image[order, :2].T, c=deviations[order], s=4, cmap="magma_r", vmin=0, vmax=0.1)
         part = np.mean(deviations[np.isfinite(deviations)] > 0.05)
         axes.set_title(f"{name}: mean {np.nanmean(deviations):.3f}\nabove 0.05: {part:.1%}", fontsize="medium")
-    label = "standard deviation of ao\nover the modules"
+    label = "standard deviation of ao\nover the views"
     figure.colorbar(shown, ax=panels, shrink=0.8, label=label, extend="max")
     return figure

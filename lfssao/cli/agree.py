@@ -1,0 +1,59 @@
+"""``lfssao agree``: how far views differ in the occlusion that they give the same point of the surface."""
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from lfssao.cli import values
+from lfssao.cli.terminal import printable, working
+from lfssao.core.files import write_text
+from lfssao.verify.agree.measure import LIMIT, Disagreement, disagreement, share_points
+from lfssao.verify.agree.views import open_folders, read_views
+
+
+def add_to(agree: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    agree.description = """Measure how far two or more views differ in the occlusion that they give the same point of
+        the surface: what shimmers for a viewer who moves."""
+    agree.set_defaults(run=_agree)
+    add = agree.add_argument
+    add("folders", nargs="+", metavar="FOLDER", help="a folder that 'lfssao render' wrote, or a file of one")
+    add("--layer", default="ao_1", metavar="NAME", help="ao_1, merged, blurred, ... (default: ao_1)")
+    add("--modules", type=values.module_range, metavar="A:B", help="views of these numbers only (default: all)")
+    near = """how far the surface that a view sees may be from a point that it counts as seen, scene units (default: the
+        diagonal of all that is seen times 2 / the texels of a row)"""
+    add("--same", type=values.positive, metavar="X", help=near)
+    add("--json", metavar="FILE", help="write all figures as JSON")
+
+
+def _agree(options: argparse.Namespace) -> None:
+    if options.json is not None:
+        values.check_target("--json", Path(options.json), (".json",))
+    with working("read"):
+        folders = open_folders([Path(path) for path in options.folders], options.layer)
+        views = read_views(folders, options.modules)
+        shared = share_points(views, options.same)
+        found = {"reference": disagreement(shared.read([seen.arrays[options.layer] for seen in views]))}
+    said: dict[str, Any] = {
+        "layer": options.layer,
+        "views": [seen.name for seen in views],
+        "same": shared.same,
+        "points": shared.sought,
+        "shared": len(shared.points),
+        "pairs": shared.pairs,
+        "limit": LIMIT,
+        "disagreement": {name: vars(each) for name, each in found.items()},
+    }
+    if options.json is not None:
+        write_text(Path(options.json), json.dumps(said, indent=1, allow_nan=False) + "\n")
+    head = f"{len(views)} views, {shared.sought:,} points of their surfaces: {len(shared.points):,} are seen by two"
+    print(printable(f"{head} or more, within {shared.same:.3g}, in {shared.pairs:,} pairs of values"))
+    for line in _table(options.layer, found):
+        print(printable(line))
+
+
+def _table(layer: str, found: dict[str, Disagreement]) -> list[str]:
+    """The differences of pairs of values, in lines."""
+    lines = [f"{layer:16s} RMS     above {LIMIT:g}"]
+    return lines + [f"{name:16s} {each.rms:.4f} {100 * each.above:6.2f} %" for name, each in found.items()]

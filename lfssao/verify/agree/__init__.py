@@ -1,0 +1,1 @@
+"""Whether views agree on the occlusion of the surface that they share."""

@@ -1,0 +1,86 @@
+"""Disagreement of views: how far the values differ that they give the same point of the surface.
+
+A point is a surface texel of one view. Another view sees it where its surface, at the nearest texel, is near enough.
+All values that a point has, in all views that see it, make pairs; the square of a pair's difference, averaged over
+all pairs of all points, is the disagreement. Sums are exact, and rounded once, so that no order of views or points
+changes a bit.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import fsum, sqrt
+
+import numpy as np
+
+from lfssao.errors import InputError
+from lfssao.rendering.points import Places, Points, Texture, Values, places_of, read_at, spread_points
+from lfssao.verify.agree.views import Seen
+
+MOST = 20_000  # points, of all views together
+LIMIT = 0.1  # a difference beyond this is seen
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """Differences of pairs of values of one point."""
+
+    rms: float  # root mean square
+    above: float  # share of the pairs that differ by more than ``LIMIT``
+
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """Points of the surface that are seen by several views."""
+
+    views: Sequence[Seen]
+    same: float  # how far the surface that a view sees may be from a point, world units
+    sought: int  # points that were looked for
+    points: Points  # (n, 3) of them that are seen by two views or more, world coordinates
+    owners: Places  # (n,) the views, by number, that they are texels of
+    places: Sequence[Places]  # (n,) of each view: the texel of each point, -1 where it is not seen
+
+    def read(self, textures: Sequence[Texture]) -> Values:
+        """Values of all points in textures, (H, W) of each view: (views, n) float64, NaN where one is not seen."""
+        return np.stack([read_at(*both) for both in zip(self.places, textures, strict=True)])
+
+    @property
+    def pairs(self) -> int:
+        """Number of pairs of values."""
+        often = sum((places >= 0).astype(np.int64) for places in self.places)
+        return int(np.sum(often * (often - 1) // 2))
+
+
+def share_points(views: Sequence[Seen], same: float | None = None) -> Shared:
+    """Points of the surface of all views; InputError if two views see none of them.
+
+    By default the surface is the same within two texels: 2 / width of the diagonal of all that is seen.
+    """
+    each = [spread_points(seen.arrays["positions"], max(1, MOST // len(views))) for seen in views]
+    points, owners = np.concatenate(each), np.repeat(np.arange(len(views)), [len(own) for own in each])
+    if same is None:
+        x, y, z = (np.ptp(points, axis=0) if len(points) else np.zeros(3)).tolist()
+        width = min(seen.view.width - 2 * seen.view.guard for seen in views)
+        same = 2 * sqrt((x * x + y * y) + z * z) / width
+    places = [places_of(points, seen.view, seen.arrays["positions"], same) for seen in views]
+    often = sum((own >= 0).astype(np.int64) for own in places) >= 2
+    if not np.any(often):
+        raise InputError(f"no point of the surface is seen by two views, within {same:.3g}")
+    return Shared(views, same, len(points), points[often], owners[often], [own[often] for own in places])
+
+
+def disagreement(values: Values) -> Disagreement:
+    """The disagreement of values, (views, n) with NaN where a view does not see a point."""
+    square = mean_over_pairs(values, lambda a, b: (a - b) * (a - b))
+    above = mean_over_pairs(values, lambda a, b: (np.abs(a - b) > LIMIT).astype(np.float64))
+    return Disagreement(sqrt(square), above)
+
+
+def mean_over_pairs(values: Values, term: Callable[[Values, Values], Values]) -> float:
+    """The mean of a symmetric function of two values, over all pairs that a point has; at least one has two."""
+    sums, count = list[float](), 0
+    for a, b in combinations(values, 2):
+        both = np.isfinite(a) & np.isfinite(b)
+        sums.append(fsum(term(a[both], b[both]).tolist()))
+        count += int(both.sum())
+    return fsum(sums) / count

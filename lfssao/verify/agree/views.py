@@ -1,0 +1,121 @@
+"""The views of folders that ``lfssao render`` wrote: what each sees, and a layer of its occlusion."""
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from lfssao.core.memory import check_available
+from lfssao.errors import InputError, errors_of
+from lfssao.optics.view import View, without_guard
+from lfssao.rendering.folder import reading_manifest
+from lfssao.rendering.manifest import view_of
+from lfssao.verify.case import IMAGES, Case
+from lfssao.verify.compare.layers import Layer, is_occlusion
+from lfssao.verify.compare.source import Reference
+
+# Settings by which equal occlusion may be made
+_FREE = ("layers", "caster", "color_filter", "normals", "blur_sigma", "blur_weights")
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """One view of a folder."""
+
+    folder: "Folder"
+    name: str
+    view: View
+    layers: Sequence[Layer]  # all of the file, as they are there
+    arrays: dict[str, NDArray[Any]]  # positions, (H, W, 3), and the layer, (H, W), without guard bands, by name
+
+    @property
+    def entry(self) -> dict[str, Any]:
+        """Its entry in the manifest."""
+        return self.folder.reference.entries[self.name]
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """The key by which views are sorted: name, numbers and digests."""
+        return self.name, json.dumps([self.entry["view"], self.entry["textures"]], sort_keys=True)
+
+
+class Folder:
+    """A folder that ``lfssao render`` wrote, or a file of one; InputError if it is none, or lacks the layer."""
+
+    def __init__(self, path: Path, layer: str) -> None:
+        self.path, self.layer, self.reference = path, layer, Reference.open(path)
+        if self.reference.manifest is None:
+            raise InputError(f"{path}: it is not what 'lfssao render' writes, its views are not known")
+        self.manifest = self.reference.manifest
+        if not is_occlusion(layer):
+            raise InputError(f"--layer: '{layer:.40}' is none of occlusion, such as ao_1, merged or blurred")
+        for entry in self.reference.entries.values():
+            there = list(entry["textures"])
+            if layer not in there:
+                raise InputError(f"--layer: {path} has no '{layer:.40}': choose one of {', '.join(there)}")
+            if "positions" not in there:
+                raise InputError(f"{path}: it has no layer positions, by which views are matched")
+
+    def names(self, chosen: range | None) -> list[str]:
+        """Its views whose number is chosen; None, and names without a number, stand for all."""
+        found = {name: re.search(r"[0-9]+$", name) for name in self.reference.files}
+        return [name for name, number in found.items() if chosen is None or not number or int(number[0]) in chosen]
+
+    @cached_property
+    def scene(self) -> tuple[Any, ...]:
+        """Digests of its mesh and the place of it, equal for folders of one scene."""
+        with reading_manifest(self.path):
+            scene, frame = self.manifest["scene"], self.manifest.get("frame")
+            place = None if frame is None else frame["world_from_scene"]
+            return scene.get("vertices_sha256"), scene.get("faces_sha256"), place
+
+    @cached_property
+    def settings(self) -> dict[str, Any]:
+        """The settings that occlusion depends on."""
+        with reading_manifest(self.path):
+            return {name: value for name, value in self.manifest["settings"].items() if name not in _FREE}
+
+    def read(self, name: str) -> Seen:
+        """One of its views; InputError if the file is not what the manifest describes."""
+        layers, case = self.reference.read(name, Case(name, IMAGES, "", {}, {}, {}))
+        with reading_manifest(self.path), errors_of(str(self.path)):
+            view = view_of(name, self.reference.entries[name]["view"])
+            inner = (view.height - 2 * view.guard, view.width - 2 * view.guard)
+            positions, ao = without_guard(case.outputs["positions"], view.guard), case.outputs[self.layer]
+            if positions.shape != (*inner, 3) or ao.shape != inner:
+                raise ValueError(f"textures of {name} are not of its view's size")
+        return Seen(self, name, view, layers, {"positions": positions, self.layer: ao})
+
+
+def open_folders(paths: Sequence[Path], layer: str) -> list[Folder]:
+    """The folders of one scene and of one way to compute occlusion; InputError if they are not."""
+    first, *others = folders = [Folder(path, layer) for path in paths]
+    for other in others:
+        if other.scene != first.scene:
+            raise InputError(f"{first.path} and {other.path} are of two scenes")
+        for name in first.settings.keys() | other.settings.keys():
+            if first.settings.get(name) != other.settings.get(name):
+                raise InputError(f"{first.path} and {other.path} are rendered with other {name}")
+    return folders
+
+
+def read_views(folders: Sequence[Folder], chosen: range | None) -> list[Seen]:
+    """The views of all folders, in an order that does not depend on the folders'; InputError for fewer than two."""
+    names = [(folder, name) for folder in folders for name in folder.names(chosen)]
+    files = [folder.reference.files[name].resolve() for folder, name in names]
+    if len(set(files)) < len(files):
+        raise InputError("a view is given twice")
+    if len(names) < 2:
+        raise InputError(f"there {'is one view' if names else 'are no views'}: two are needed to agree")
+    texels = 0
+    for folder, name in names:
+        with reading_manifest(folder.path):
+            view = folder.reference.entries[name]["view"]
+            texels += int(view["width"]) * int(view["height"])
+    check_available("textures of all views", texels * 64)
+    return sorted((folder.read(name) for folder, name in names), key=lambda seen: seen.key)

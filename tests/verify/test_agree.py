@@ -1,0 +1,200 @@
+"""lfssao agree: textures of known content in two eyes before a wall, orders of views, and what is refused."""
+
+import json
+import shutil
+from math import sqrt
+
+import numpy as np
+import pytest
+from jobs import edit, manifest_of, render, sentence
+
+from lfssao import read_exr, write_exr
+from lfssao.cli.main import main
+from lfssao.rendering.manifest import digest
+from lfssao.verify.agree.measure import disagreement, share_points
+from lfssao.verify.agree.views import open_folders, read_views
+
+# A wall, |x| < 4 and |y| < 4 at z = 0, and a card, |x| < 0.3 and |y| < 0.3 at z = 1, before it.
+WALL = "v -4 -4 0\nv 4 -4 0\nv 4 4 0\nv -4 4 0\nf 1 2 3 4\n"
+CARD = "v -.3 -.3 1\nv .3 -.3 1\nv .3 .3 1\nv -.3 .3 1\nf 5 6 7 8\n"
+WORDS = ["--camera", "--stereo", "0.6", "--eye", "0,0,4", "--target", "0,0,1"]
+WORDS += ["--fov", "60", "--resolution", "48x40", "--samples", "4"]
+EYES = {"left": -0.3, "right": 0.3}
+
+
+@pytest.fixture(scope="module")
+def rooms(tmp_path_factory):
+    """A folder of the wall, and one of the wall and the card, both eyes each."""
+    path = tmp_path_factory.mktemp("agree")
+    for name, text in (("wall", WALL), ("card", WALL + CARD)):
+        (path / f"{name}.obj").write_text(text)
+        render(path / name, str(path / f"{name}.obj"), *WORDS, "--radii", "0.5")
+    return path
+
+
+@pytest.fixture
+def wall(rooms, tmp_path):
+    return shutil.copytree(rooms / "wall", tmp_path / "wall")
+
+
+@pytest.fixture
+def card(rooms, tmp_path):
+    return shutil.copytree(rooms / "card", tmp_path / "card")
+
+
+def paint(folder, value):
+    """Put ``value(name, positions)`` into ao_1 of both eyes."""
+    for number, name in enumerate(EYES):
+        path = folder / f"{name}.exr"
+        parts = read_exr(path)
+        positions = parts["positions"].pixels
+        parts["ao_1"].pixels[..., 0] = value(name, positions)
+        write_exr(path, list(parts.values()))
+        edit(folder, "views", number, "textures", "ao_1", "sha256", value=digest(parts["ao_1"].pixels))
+    return folder
+
+
+def agree(tmp_path, *words):
+    """The text that the command writes."""
+    assert main(["agree", *map(str, words), "--json", str(tmp_path / "made.json")]) == 0
+    return (tmp_path / "made.json").read_text()
+
+
+def constants(left, right):
+    return lambda name, positions: left if name == "left" else right
+
+
+def test_two_constants_differ_everywhere(wall, tmp_path, capsys):
+    found = json.loads(agree(tmp_path, paint(wall, constants(0.2, 0.5))))
+    made = found["disagreement"]["reference"]
+    assert made["rms"] == pytest.approx(0.3, abs=1e-7)
+    assert made["above"] == 1
+    # One pair a point: each eye sees its own texels, and most of the other's.
+    assert found["views"] == ["left", "right"]
+    assert 0.9 * found["points"] < found["shared"] == found["pairs"] < found["points"]
+    said = capsys.readouterr().out
+    assert f"{found['shared']:,} are seen by two or more" in said
+    assert "reference        0.3000 100.00 %" in said
+
+
+def test_what_depends_on_the_place_alone_agrees_within_the_reading(wall, tmp_path):
+    """The nearest texel is half a texel away, and a texel of the wall is 8 tan(30 degrees) / 40 wide."""
+    made = json.loads(agree(tmp_path, paint(wall, lambda name, positions: positions[..., 0] / 8 + 0.5)))
+    assert 0 < made["disagreement"]["reference"]["rms"] < 0.5 * sqrt(1 / 3) / 40
+    assert made["disagreement"]["reference"]["above"] == 0
+
+
+def test_half_of_the_wall_differs_by_half(wall, tmp_path):
+    """Squares are averaged, not the differences."""
+    lit = paint(wall, lambda name, positions: np.where(positions[..., 1] > 0, 0.5 * (name == "left"), 0.25))
+    made = json.loads(agree(tmp_path, lit))["disagreement"]["reference"]
+    assert made["above"] == pytest.approx(0.5, abs=0.03)
+    assert made["rms"] == pytest.approx(0.5 * sqrt(made["above"]), rel=1e-12)
+
+
+def test_a_point_that_the_card_hides_from_an_eye_does_not_count(card):
+    """The card is 0.9 in both, the wall 0.2 and 0.5: whoever read the card for the wall would be off by 0.4 or 0.7."""
+
+    def value(name, positions):
+        return np.where(positions[..., 2] > 0.5, 0.9, 0.2 if name == "left" else 0.5)
+
+    views = read_views(open_folders([paint(card, value)], "ao_1"), None)
+    shared = share_points(views)
+    left, right = shared.read([seen.arrays["ao_1"] for seen in views])
+    off = np.abs(left - right)
+    before = shared.points[:, 2] > 0.5
+    assert before.any()
+    np.testing.assert_array_equal(off[before], 0)
+    np.testing.assert_allclose(off[~before], 0.3, atol=1e-7)
+    # Lines from the eyes at z = 4 to the wall meet the card's plane at a quarter of the way back.
+    for eye in EYES.values():
+        x, y = 0.75 * shared.points[~before, 0] + 0.25 * eye, 0.75 * shared.points[~before, 1]
+        assert not ((np.abs(x) < 0.25) & (np.abs(y) < 0.25)).any()
+
+
+def test_by_hand():
+    values = np.array([[0.0, 0.5, np.nan, 0.25], [0.5, np.nan, np.nan, 0.25], [0.25, 0.75, 1.0, 0.3125]])
+    # Pairs: 0.5, 0.25, 0.25 of the first point, 0.25 of the second, none of the third, 0, 0.0625, 0.0625 of the last.
+    found = disagreement(values)
+    assert found.rms == sqrt((0.25 + 3 * 0.0625 + 2 * 0.0625**2) / 7)
+    assert found.above == 4 / 7
+
+
+def test_no_order_of_folders_or_views_changes_a_bit(card, tmp_path):
+    """Also that of the files of a folder, and of views in the manifest."""
+    paint(card, lambda name, positions: np.sin(7 * positions[..., 0] + (name == "left")) ** 2)
+    wide = shutil.copytree(card, tmp_path / "wide")
+    paint(wide, lambda name, positions: np.cos(9 * positions[..., 1] + (name == "left")) ** 2)
+    texts = [agree(tmp_path, card, wide), agree(tmp_path, wide, card)]
+    texts.append(agree(tmp_path, wide / "right.exr", card / "right.exr", wide / "left.exr", card / "left.exr"))
+    edit(card, "views", value=manifest_of(card)["views"][::-1])
+    texts.append(agree(tmp_path, card, wide))
+    assert len(set(texts)) == 1
+    assert json.loads(texts[0])["pairs"] > json.loads(texts[0])["shared"]
+
+
+def test_values_in_any_order_have_the_same_bits():
+    values = np.random.default_rng(3).random((7, 500))
+    values[values > 0.9] = np.nan
+    found = disagreement(values)
+    orders = np.random.default_rng(4).permuted([range(7)] * 9, axis=1)
+    assert all(disagreement(values[order]) == found for order in orders)
+    assert disagreement(values[:, ::-1]) == found
+
+
+def test_a_guard_band_changes_where_texels_stand_and_nothing_else(rooms, tmp_path):
+    """The band is of texels beyond the view, of which depth and positions alone have any."""
+    words = ["--radii", "0.5", "--guard", "6"]
+    banded = render(tmp_path / "banded", str(rooms / "wall.obj"), *WORDS, *words)
+    value = constants(0.2, 0.5)
+    for name in EYES:
+        assert read_exr(banded / f"{name}.exr")["positions"].pixels.shape == (52, 60, 3)
+    for number, name in enumerate(EYES):
+        parts = read_exr(banded / f"{name}.exr")
+        parts["ao_1"].pixels[..., 0] = value(name, None)
+        write_exr(banded / f"{name}.exr", list(parts.values()))
+        edit(banded, "views", number, "textures", "ao_1", "sha256", value=digest(parts["ao_1"].pixels))
+    assert agree(tmp_path, banded) == agree(tmp_path, paint(shutil.copytree(rooms / "wall", tmp_path / "w"), value))
+
+
+def test_chosen_modules(tmp_path):
+    words = ["statue", "--resolution", "40x24", "--radii", "5%", "--samples", "1", "--modules", "9:12"]
+    folder = render(tmp_path / "statue", *words)
+    assert json.loads(agree(tmp_path, folder))["views"] == ["module_009", "module_010", "module_011"]
+    assert json.loads(agree(tmp_path, folder, "--modules", "10:12"))["views"] == ["module_010", "module_011"]
+
+
+@pytest.mark.parametrize(("words", "wrong"), [
+    (["WALL", "--layer", "ao_7"], "has no 'ao_7': choose one of shaded, depth"),
+    (["WALL", "--layer", "depth"], "--layer: 'depth' is none of occlusion"),
+    (["WALL", "WALL/left.exr"], "a view is given twice"),
+    (["WALL/left.exr"], "there is one view: two are needed"),
+    (["WALL", "CARD"], "are of two scenes"),
+    (["WALL/../wall.obj"], "it is not what 'lfssao render' writes, its views are not known"),
+    (["WALL/.."], "there is no image"),
+    (["WALL", "--same", "1e-9"], "no point of the surface is seen by two views, within 1e-09"),
+    (["WALL", "--same", "0"], "--same: 0 is not a number above 0"),
+    (["WALL", "--json", "nowhere/a.json"], "--json: there is no folder nowhere"),
+    (["WALL", "WIDE"], "are rendered with other radii"),
+])  # fmt: skip
+def test_what_cannot_agree_is_one_sentence(rooms, tmp_path, capsys, words, wrong):
+    if "WIDE" in words:
+        render(tmp_path / "wide", str(rooms / "wall.obj"), *WORDS, "--radii", "0.25")
+        capsys.readouterr()
+    places = {"WALL": rooms / "wall", "CARD": rooms / "card", "WIDE": tmp_path / "wide"}
+    for name, place in places.items():
+        words = [word.replace(name, str(place)) for word in words]
+    assert main(["agree", *words]) == 2
+    assert wrong in sentence(capsys)
+
+
+def test_spoiled_folders_are_one_sentence(wall, capsys):
+    edit(wall, "views", 0, "view", "width", value=47)
+    assert main(["agree", str(wall)]) == 2
+    assert "textures of left are not of its view's size" in sentence(capsys)
+    edit(wall, "views", 0, "textures", "ao_1", "sha256", value="0")
+    assert main(["agree", str(wall)]) == 2
+    assert "its part ao_1 is not what manifest.json describes" in sentence(capsys)
+    edit(wall, "views", 0, "textures", value={"ao_1": manifest_of(wall)["views"][0]["textures"]["ao_1"]})
+    assert main(["agree", str(wall)]) == 2
+    assert "it has no layer positions" in sentence(capsys)

@@ -8,8 +8,9 @@ from typing import Any
 from lfssao.cli import values
 from lfssao.cli.terminal import printable, working
 from lfssao.core.files import write_text
+from lfssao.errors import InputError
 from lfssao.verify.agree.measure import LIMIT, Disagreement, disagreement, share_points
-from lfssao.verify.agree.views import open_folders, read_views
+from lfssao.verify.agree.views import Renderer, open_folders, read_views
 
 
 def add_to(agree: argparse.ArgumentParser) -> None:
@@ -24,17 +25,31 @@ def add_to(agree: argparse.ArgumentParser) -> None:
     near = """how far the surface that a view sees may be from a point that it counts as seen, scene units (default: the
         diagonal of all that is seen times 2 / the texels of a row)"""
     add("--same", type=values.positive, metavar="X", help=near)
+    mine = (
+        "a folder or a file of another renderer for all FOLDERs, or one for each in their order; may be given so often"
+    )
+    add("--mine", action="append", metavar="FOLDER", help=mine)
+    for name, form in (("--map", "MINE=LAYER"), ("--files", "PATTERN=LAYER")):
+        add(name, action="append", default=[], metavar=form, help="names of --mine's, as of 'lfssao compare'")
     add("--json", metavar="FILE", help="write all figures as JSON")
 
 
 def _agree(options: argparse.Namespace) -> None:
     if options.json is not None:
         values.check_target("--json", Path(options.json), (".json",))
+    rules = {layer: mine for mine, layer in values.pairs("--map", options.map, "MINE=LAYER", 1)}
+    if options.mine is None and (rules or options.files):
+        raise InputError("--map and --files are of --mine, which is not given")
+    found: dict[str, Disagreement] = {}
     with working("read"):
         folders = open_folders([Path(path) for path in options.folders], options.layer)
         views = read_views(folders, options.modules)
         shared = share_points(views, options.same)
-        found = {"reference": disagreement(shared.read([seen.arrays[options.layer] for seen in views]))}
+        if options.mine is not None:
+            renderer = Renderer([Path(path) for path in options.mine], folders, rules, options.files)
+            found["mine"] = disagreement(shared.read([renderer.read(seen) for seen in views], "--mine"))
+        own = [seen.arrays[options.layer] for seen in views]
+        found["reference"] = disagreement(shared.read(own, "the reference"))
     said: dict[str, Any] = {
         "layer": options.layer,
         "views": [seen.name for seen in views],

@@ -100,7 +100,7 @@ def test_a_point_that_the_card_hides_from_an_eye_does_not_count(card):
 
     views = read_views(open_folders([paint(card, value)], "ao_1"), None)
     shared = share_points(views)
-    left, right = shared.read([seen.arrays["ao_1"] for seen in views])
+    left, right = shared.read([seen.arrays["ao_1"] for seen in views], "")
     off = np.abs(left - right)
     before = shared.points[:, 2] > 0.5
     assert before.any()
@@ -110,6 +110,61 @@ def test_a_point_that_the_card_hides_from_an_eye_does_not_count(card):
     for eye in EYES.values():
         x, y = 0.75 * shared.points[~before, 0] + 0.25 * eye, 0.75 * shared.points[~before, 1]
         assert not ((np.abs(x) < 0.25) & (np.abs(y) < 0.25)).any()
+
+
+def save(folder, **textures):
+    """Another renderer's files, by names."""
+    folder.mkdir(exist_ok=True)
+    for name, texture in textures.items():
+        np.save(folder / f"{name}.npy", np.broadcast_to(texture, (40, 48)))
+    return folder
+
+
+def test_another_renderers_textures_beside_the_references(wall, tmp_path, capsys):
+    paint(wall, constants(0.25, 0.375))
+    mine = save(tmp_path / "mine", left_ao_1=np.float32(0.2), right_ao_1=np.float32(0.5))
+    made = json.loads(agree(tmp_path, wall, "--mine", mine))["disagreement"]
+    assert made["mine"]["rms"] == pytest.approx(0.3, abs=1e-7)
+    assert made["mine"]["above"] == 1
+    assert made["reference"] == {"rms": 0.125, "above": 1}
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[1:]] == ["ao_1", "mine", "reference"]
+
+
+def test_mine_is_found_and_stored_as_compare_says(wall, tmp_path):
+    """Codes of 8 bits; files by a pattern; visibility."""
+    mine = save(tmp_path / "mine", a_left=np.uint8(255), a_right=np.uint8(204))
+    words = ["--mine", mine, "--files", "a_{module}.npy=vis", "--map", "vis=1-ao_1"]
+    made = json.loads(agree(tmp_path, wall, *words))["disagreement"]["mine"]
+    assert made["rms"] == pytest.approx(0.2, abs=1e-7)
+
+
+def test_one_folder_of_mine_for_each_folder(wall, tmp_path):
+    """Files of one name are of the folder in the same place, in either order."""
+    shutil.copytree(wall, tmp_path / "again")
+    folders, mine = [wall, tmp_path / "again"], []
+    for number, value in enumerate((0.25, 0.75)):
+        mine.append(save(tmp_path / f"mine{number}", left_ao_1=np.float32(value), right_ao_1=np.float32(value)))
+    texts = [agree(tmp_path, *folders[::s], "--mine", mine[::s][0], "--mine", mine[::s][1]) for s in (1, -1)]
+    assert texts[0] == texts[1]
+    # Each point is seen by its own view in both folders; of its four views' six pairs four are of two folders.
+    assert 4 / 6 <= json.loads(texts[0])["disagreement"]["mine"]["above"] < 0.72
+    assert json.loads(agree(tmp_path, *folders, "--mine", mine[0]))["disagreement"]["mine"]["rms"] == 0
+
+
+@pytest.mark.parametrize(("textures", "words", "wrong"), [
+    ({"left_ao_1": np.float32(0)}, [], "ao_1 of right: there is no file of this view"),
+    ({"left_ao_1": np.float32(0), "right_x": np.float32(0)}, [], "ao_1 of right: there is no such layer"),
+    ({"left_ao_1": np.float32(0), "right_ao_1": np.float32(np.nan)}, [], "of right is not finite"),
+    ({"left_ao_1": np.float64(0), "right_ao_1": np.float32(0)}, [], "ao_1 of left: it is of float64"),
+    ({"left_ao_1": np.float32(0)}, ["--mine", "MINE", "--mine", "MINE"], "--mine: 3 are given"),
+    ({"left_ao_1": np.float32(0)}, ["--files", "x_{module}.npy"], "--files: no file is 'x_{module}.npy'"),
+])  # fmt: skip
+def test_what_is_wrong_with_mine_is_one_sentence(rooms, tmp_path, capsys, textures, words, wrong):
+    mine = str(save(tmp_path / "mine", **textures))
+    words = [word.replace("MINE", mine) for word in words]
+    assert main(["agree", str(rooms / "wall"), "--mine", mine, *words]) == 2
+    assert wrong in sentence(capsys)
 
 
 def test_by_hand():
@@ -175,6 +230,7 @@ def test_chosen_modules(tmp_path):
     (["WALL", "--same", "1e-9"], "no point of the surface is seen by two views, within 1e-09"),
     (["WALL", "--same", "0"], "--same: 0 is not a number above 0"),
     (["WALL", "--json", "nowhere/a.json"], "--json: there is no folder nowhere"),
+    (["WALL", "--map", "a=ao_1"], "--map and --files are of --mine"),
     (["WALL", "WIDE"], "are rendered with other radii"),
 ])  # fmt: skip
 def test_what_cannot_agree_is_one_sentence(rooms, tmp_path, capsys, words, wrong):

@@ -40,9 +40,16 @@ class Shared:
     owners: Places  # (n,) the views, by number, that they are texels of
     places: Sequence[Places]  # (n,) of each view: the texel of each point, -1 where it is not seen
 
-    def read(self, textures: Sequence[Texture]) -> Values:
-        """Values of all points in textures, (H, W) of each view: (views, n) float64, NaN where one is not seen."""
-        return np.stack([read_at(*both) for both in zip(self.places, textures, strict=True)])
+    def read(self, textures: Sequence[Texture], whose: str) -> Values:
+        """Values of all points in textures, (H, W) of each view: (views, n) float64, NaN where one is not seen.
+
+        InputError, which says whose they are, if a value that is seen is not finite.
+        """
+        values = np.stack([read_at(*both) for both in zip(self.places, textures, strict=True)])
+        for seen, own, places in zip(self.views, values, self.places, strict=True):
+            if not np.isfinite(own[places >= 0]).all():
+                raise InputError(f"{whose}: occlusion of {seen.name} is not finite everywhere on the surface")
+        return values
 
     @property
     def pairs(self) -> int:

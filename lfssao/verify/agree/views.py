@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,8 +16,9 @@ from lfssao.optics.view import View, without_guard
 from lfssao.rendering.folder import reading_manifest
 from lfssao.rendering.manifest import view_of
 from lfssao.verify.case import IMAGES, Case
-from lfssao.verify.compare.layers import Layer, is_occlusion
-from lfssao.verify.compare.source import Reference
+from lfssao.verify.compare.files import Files
+from lfssao.verify.compare.layers import Layer, Matcher, Storage, is_occlusion
+from lfssao.verify.compare.source import Mine, Reference
 
 # Settings by which equal occlusion may be made
 _FREE = ("layers", "caster", "color_filter", "normals", "blur_sigma", "blur_weights")
@@ -119,3 +120,32 @@ def read_views(folders: Sequence[Folder], chosen: range | None) -> list[Seen]:
             texels += int(view["width"]) * int(view["height"])
     check_available("textures of all views", texels * 64)
     return sorted((folder.read(name) for folder, name in names), key=lambda seen: seen.key)
+
+
+class Renderer:
+    """Another renderer's folders or files, one for each of the folders, or one for all.
+
+    Rules and files are those of ``lfssao.compare``. InputError if there is no such file, or another number of folders.
+    """
+
+    def __init__(
+        self, paths: Sequence[Path], folders: Sequence[Folder], rules: Mapping[str, str], files: Files = ()
+    ) -> None:
+        if len(paths) not in (1, len(folders)):
+            raise InputError(f"--mine: {len(paths)} are given, it must be one for all FOLDERs, or one for each of them")
+        self._storage, each = Storage({}, rules), paths if len(paths) > 1 else list(paths) * len(folders)
+        opened = [Mine.open(path, own.reference, files) for path, own in zip(each, folders, strict=True)]
+        self._mine = dict(zip(folders, opened, strict=True))
+
+    def read(self, seen: Seen) -> NDArray[Any]:
+        """Its texture of a view, (H, W); InputError if there is none, or one of another size or type."""
+        mine, name = self._mine[seen.folder], seen.folder.layer
+        right = next(layer for layer in seen.layers if layer.name == name)
+        with errors_of(f"{mine.path}: {name} of {seen.name}"):
+            sizes = {layer.planes[0].shape[1::-1] for layer in seen.layers}
+            parts = mine.parts(seen.name, sizes, seen.entry.get("rows") == "below")
+            matcher = Matcher(parts, seen.layers, self._storage.rules)
+            found = matcher.matched(right, self._storage)
+            if found is None:
+                raise InputError(matcher.why_missing(right) if parts else "there is no file of this view")
+            return found.texture

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from lfssao.cli import values
-from lfssao.cli.terminal import printable, working
+from lfssao.cli.terminal import printable, progress, working
 from lfssao.core.files import write_text
-from lfssao.errors import InputError
-from lfssao.verify.agree.measure import LIMIT, Disagreement, disagreement, share_points
+from lfssao.errors import InputError, errors_of
+from lfssao.verify.agree.measure import LIMIT, Disagreement, Shared, disagreement, share_points
 from lfssao.verify.agree.views import Renderer, open_folders, read_views
 
 
@@ -31,6 +31,10 @@ def add_to(agree: argparse.ArgumentParser) -> None:
     add("--mine", action="append", metavar="FOLDER", help=mine)
     for name, form in (("--map", "MINE=LAYER"), ("--files", "PATTERN=LAYER")):
         add(name, action="append", default=[], metavar=form, help="names of --mine's, as of 'lfssao compare'")
+    add("--truth", action="store_true", help="ray-cast occlusion at the same points, beside the others")
+    add("--mesh", metavar="FILE", help="the mesh that was rendered, for --truth (embedded scenes are at hand)")
+    of_own = "the Python file of the estimator of one's own that FOLDERs were made with; it is run"
+    add("--estimator", metavar="FILE", help=of_own)
     add("--json", metavar="FILE", help="write all figures as JSON")
 
 
@@ -40,6 +44,13 @@ def _agree(options: argparse.Namespace) -> None:
     rules = {layer: mine for mine, layer in values.pairs("--map", options.map, "MINE=LAYER", 1)}
     if options.mine is None and (rules or options.files):
         raise InputError("--map and --files are of --mine, which is not given")
+    if options.mesh is not None and not options.truth:
+        raise InputError("--mesh is of --truth, which is not given")
+    if options.estimator is not None:
+        from lfssao.ao.estimators.own import read_estimator  # as in cli/estimators.py
+
+        with errors_of("--estimator"):
+            read_estimator(options.estimator)
     found: dict[str, Disagreement] = {}
     with working("read"):
         folders = open_folders([Path(path) for path in options.folders], options.layer)
@@ -50,6 +61,9 @@ def _agree(options: argparse.Namespace) -> None:
             found["mine"] = disagreement(shared.read([renderer.read(seen) for seen in views], "--mine"))
         own = [seen.arrays[options.layer] for seen in views]
         found["reference"] = disagreement(shared.read(own, "the reference"))
+    noise = None
+    if options.truth:
+        found["rays"], noise = _cast(shared, options.mesh)
     said: dict[str, Any] = {
         "layer": options.layer,
         "views": [seen.name for seen in views],
@@ -59,6 +73,7 @@ def _agree(options: argparse.Namespace) -> None:
         "pairs": shared.pairs,
         "limit": LIMIT,
         "disagreement": {name: vars(each) for name, each in found.items()},
+        "noise_of_rays": noise,
     }
     if options.json is not None:
         write_text(Path(options.json), json.dumps(said, indent=1, allow_nan=False) + "\n")
@@ -66,6 +81,18 @@ def _agree(options: argparse.Namespace) -> None:
     print(printable(f"{head} or more, within {shared.same:.3g}, in {shared.pairs:,} pairs of values"))
     for line in _table(options.layer, found):
         print(printable(line))
+    if noise is not None:
+        print(f"rays: noise of their own has an RMS of {noise:.4f}")
+
+
+def _cast(shared: Shared, mesh: str | None) -> tuple[Disagreement, float]:
+    """The disagreement of ray-cast occlusion, and the root mean square of its own noise in it."""
+    from lfssao.verify.agree import truth  # late: few ask for rays
+
+    rays = truth.Truth(shared.views[0], mesh)
+    with progress(list(zip(shared.views, shared.places, strict=True)), desc="rays", unit="view") as bar:
+        textures, errors = zip(*(rays.cast(seen, places) for seen, places in bar), strict=True)
+    return disagreement(shared.read(textures, "rays")), truth.noise(shared, errors)
 
 
 def _table(layer: str, found: dict[str, Disagreement]) -> list[str]:

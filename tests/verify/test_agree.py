@@ -12,6 +12,7 @@ from lfssao import read_exr, write_exr
 from lfssao.cli.main import main
 from lfssao.rendering.manifest import digest
 from lfssao.verify.agree.measure import disagreement, share_points
+from lfssao.verify.agree.truth import Truth, noise
 from lfssao.verify.agree.views import open_folders, read_views
 
 # A wall, |x| < 4 and |y| < 4 at z = 0, and a card, |x| < 0.3 and |y| < 0.3 at z = 1, before it.
@@ -167,6 +168,56 @@ def test_what_is_wrong_with_mine_is_one_sentence(rooms, tmp_path, capsys, textur
     assert wrong in sentence(capsys)
 
 
+def test_rays_of_a_wall_agree_to_the_bit(wall, tmp_path, rooms, capsys):
+    """It hides nothing of itself: 1/2 of the whole ball, whatever the textures hold."""
+    made = json.loads(agree(tmp_path, paint(wall, constants(0.2, 0.5)), "--truth", "--mesh", rooms / "wall.obj"))
+    assert made["disagreement"]["rays"] == {"rms": 0, "above": 0}
+    assert made["noise_of_rays"] == 0
+    assert "rays             0.0000   0.00 %" in capsys.readouterr().out
+    views = read_views(open_folders([wall], "ao_1"), None)
+    shared, rays = share_points(views), Truth(views[0], str(rooms / "wall.obj"))
+    values = shared.read([rays.cast(*both)[0] for both in zip(views, shared.places, strict=True)], "rays")
+    np.testing.assert_array_equal(values, 0.5)
+
+
+def test_rays_know_a_crease(tmp_path):
+    """A floor, z = 0, and a wall, x = 0, that is 4 high: (arccos c - c sqrt(1 - c^2)) / pi, c = x / R."""
+    (tmp_path / "crease.obj").write_text(
+        "v 0 -4 0\nv 4 -4 0\nv 4 4 0\nv 0 4 0\nv 0 -4 4\nv 0 4 4\nf 1 2 3 4\nf 1 4 6 5\n"
+    )
+    words = [*WORDS[:2], "0.3", "--eye", "2,0,5", "--target", "1,0,0", "--resolution", "24x20", "--radii", "0.5"]
+    crease = str(tmp_path / "crease.obj")
+    folder = render(tmp_path / "crease", crease, *words, "--estimator", "gtao")
+    views = read_views(open_folders([folder], "ao_1"), None)
+    shared, rays = share_points(views), Truth(views[0], crease)
+    errors = []
+    for seen, places in zip(views, shared.places, strict=True):
+        texture, error = rays.cast(seen, places)
+        errors.append(error)
+        read = np.isin(np.arange(480).reshape(20, 24), places)
+        x, y, z = np.moveaxis(seen.arrays["positions"], 2, 0)
+        floor = read & (z < 1e-4) & (np.abs(y) < 3) & (x > 0.01)
+        c = np.minimum(x[floor] / 0.5, 1)
+        off = texture[floor] - (np.arccos(c) - c * np.sqrt(1 - c * c)) / np.pi
+        near = c < 0.95
+        assert np.sqrt(np.mean(off[near] ** 2)) < 0.005 / sqrt(2)
+        np.testing.assert_allclose(off, 0, atol=0.015)
+        assert near.sum() > 50
+        deepest = texture.argmax()
+        (one,) = np.flatnonzero(rays.cast(seen, np.array([deepest, -1]))[0])  # other texels cast no rays
+        assert one == deepest
+        assert error.max() <= 0.003
+    found = json.loads(agree(tmp_path, folder, "--truth", "--mesh", crease))
+    assert found["noise_of_rays"] == noise(shared, errors)
+    assert 0 < found["noise_of_rays"] < 0.005
+
+
+def test_noise_of_rays_by_hand(wall):
+    """Errors 0.003 and 0.004 have 0.005 in the difference of each pair."""
+    views = read_views(open_folders([wall], "ao_1"), None)
+    assert noise(share_points(views), [np.full((40, 48), e) for e in (0.003, 0.004)]) == pytest.approx(0.005, rel=1e-12)
+
+
 def test_by_hand():
     values = np.array([[0.0, 0.5, np.nan, 0.25], [0.5, np.nan, np.nan, 0.25], [0.25, 0.75, 1.0, 0.3125]])
     # Pairs: 0.5, 0.25, 0.25 of the first point, 0.25 of the second, none of the third, 0, 0.0625, 0.0625 of the last.
@@ -231,6 +282,11 @@ def test_chosen_modules(tmp_path):
     (["WALL", "--same", "0"], "--same: 0 is not a number above 0"),
     (["WALL", "--json", "nowhere/a.json"], "--json: there is no folder nowhere"),
     (["WALL", "--map", "a=ao_1"], "--map and --files are of --mine"),
+    (["WALL", "--mesh", "WALL.obj"], "--mesh is of --truth"),
+    (["WALL", "--truth"], "is no embedded one: give its file by --mesh"),
+    (["WALL", "--truth", "--mesh", "CARD.obj"], "card.obj is not the scene that the reference was rendered of"),
+    (["WALL", "--truth", "--mesh", "WALL.obj", "--layer", "merged"], "rays are of one radius, ao_1 or another"),
+    (["WALL", "--estimator", "none.py"], "--estimator: none.py"),
     (["WALL", "WIDE"], "are rendered with other radii"),
 ])  # fmt: skip
 def test_what_cannot_agree_is_one_sentence(rooms, tmp_path, capsys, words, wrong):

@@ -19,6 +19,7 @@ from lfssao.verify.case import IMAGES, Case
 from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, Storage, is_occlusion
 from lfssao.verify.compare.source import Mine, Reference
+from lfssao.verify.compare.view_case import view_case
 
 # Settings by which equal occlusion may be made
 _FREE = ("layers", "caster", "color_filter", "normals", "blur_sigma", "blur_weights")
@@ -120,6 +121,17 @@ def read_views(folders: Sequence[Folder], chosen: range | None) -> list[Seen]:
             texels += int(view["width"]) * int(view["height"])
     check_available("textures of all views", texels * 64)
     return sorted((folder.read(name) for folder, name in names), key=lambda seen: seen.key)
+
+
+def described(seen: Seen) -> tuple[Case, float | None]:
+    """How a view's occlusion was made, and the layer's radius, world units, None of layers of several radii.
+
+    InputError if the manifest does not say it, or the estimator is one of one's own that was not read.
+    """
+    folder = seen.folder
+    case = view_case(folder.path, folder.manifest, seen.entry)
+    radii = {f"ao_{k}": radius for k, radius in enumerate(case.parameters["radii"], start=1)}
+    return case, radii.get(folder.layer)
 
 
 class Renderer:

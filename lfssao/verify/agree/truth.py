@@ -1,0 +1,62 @@
+"""Ray-cast occlusion at the points that views share: how far views differ that give the right values.
+
+It is the same for all views but for where it is read, at the nearest texels. Weights and falloff of the rays are those
+that the reference's estimator is after, at its radius. An estimator of the whole ball gives a flat surface 1/2, so that
+the truth beside it is 1/2 + rays / 2.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from lfssao.ao.estimators.registry import find_estimator
+from lfssao.ao.ground_truth import Occluders, ray_cast_occlusion
+from lfssao.ao.textures import Buffers
+from lfssao.errors import InputError
+from lfssao.optics.view import without_guard
+from lfssao.rendering.points import Places, Texture, Values
+from lfssao.verify.agree.measure import Shared, mean_over_pairs
+from lfssao.verify.agree.views import Seen, described
+from lfssao.verify.compare.surface import Surface
+
+# Standard error of a value: 0.0042 of the difference of two, which leaves room to 0.005 for texels whose rays seem to
+# agree by chance (the error against a crease's exact occlusion is 1.05 to 1.2 times what the rays say).
+NOISE = 0.003
+
+
+class Truth:
+    """Ray-cast occlusion of the views of one scene; InputError if its mesh is not at hand, or the layer has no rays."""
+
+    def __init__(self, first: Seen, mesh: str | None) -> None:
+        folder = first.folder
+        case, radius = described(first)
+        if radius is None:
+            raise InputError(f"--truth: rays are of one radius, ao_1 or another, not of {folder.layer}")
+        self._estimator, self._radius = find_estimator(case.parameters["estimator"]), radius
+        self._surface = Surface(folder.path, folder.manifest, mesh)
+        if self._surface.mesh is None:
+            raise InputError(f"--truth: the scene of {folder.path} is no embedded one: give its file by --mesh")
+        self._occluders = Occluders(self._surface.mesh)
+
+    def cast(self, seen: Seen, places: Places) -> tuple[Texture, Texture]:
+        """The truth at the texels of points that a view sees, and its standard error, (H, W); 0 elsewhere."""
+        view, caster = seen.view, self._surface.caster(seen.entry)
+        assert caster is not None
+        made = caster.gbuffer(view, color=None, normals="geometric")
+        wanted = np.zeros(seen.arrays[seen.folder.layer].shape, np.bool_)
+        wanted.reshape(-1)[places[places >= 0]] = True
+        depth = np.where(np.pad(wanted, view.guard), made.depth, np.float32(np.inf))
+        buffers, scale = Buffers.of(replace(made, depth=depth), view), 2.0 if self._estimator.whole_ball else 1.0
+        enough: dict[str, Any] = {"tolerance": scale * NOISE, "rounds": (16, 1024)}
+        rays = ray_cast_occlusion(self._occluders, buffers, self._radius, *self._estimator.integrand, **enough)
+        half = 0.5 if self._estimator.whole_ball else 0.0
+        return without_guard(half + rays.texture / scale, view.guard), without_guard(rays.error / scale, view.guard)
+
+
+def noise(shared: Shared, errors: Sequence[Texture]) -> float:
+    """Root mean square of the standard errors of the differences of pairs, by the standard errors of all values."""
+    read: Values = shared.read(errors, "rays")
+    return sqrt(mean_over_pairs(read, lambda a, b: a * a + b * b))

@@ -2,14 +2,17 @@
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from lfssao.cli import values
 from lfssao.cli.terminal import printable, progress, working
-from lfssao.core.files import write_text
+from lfssao.core.files import write_text, write_whole
 from lfssao.errors import InputError, errors_of
+from lfssao.rendering.points import Texture, Values
 from lfssao.verify.agree.measure import LIMIT, Disagreement, Shared, disagreement, share_points
+from lfssao.verify.agree.split import Split, estimated, has_seed, other_samples, split
 from lfssao.verify.agree.views import Renderer, open_folders, read_views
 
 
@@ -35,12 +38,15 @@ def add_to(agree: argparse.ArgumentParser) -> None:
     add("--mesh", metavar="FILE", help="the mesh that was rendered, for --truth (embedded scenes are at hand)")
     of_own = "the Python file of the estimator of one's own that FOLDERs were made with; it is run"
     add("--estimator", metavar="FILE", help=of_own)
+    picture = "draw the points of the first view, coloured by the deviation of their values (.png, .svg or .pdf)"
+    add("--picture", metavar="FILE", help=picture)
     add("--json", metavar="FILE", help="write all figures as JSON")
 
 
 def _agree(options: argparse.Namespace) -> None:
-    if options.json is not None:
-        values.check_target("--json", Path(options.json), (".json",))
+    for name, endings in (("json", (".json",)), ("picture", values.PICTURES)):
+        if getattr(options, name) is not None:
+            values.check_target(f"--{name}", Path(getattr(options, name)), endings)
     rules = {layer: mine for mine, layer in values.pairs("--map", options.map, "MINE=LAYER", 1)}
     if options.mine is None and (rules or options.files):
         raise InputError("--map and --files are of --mine, which is not given")
@@ -51,19 +57,21 @@ def _agree(options: argparse.Namespace) -> None:
 
         with errors_of("--estimator"):
             read_estimator(options.estimator)
-    found: dict[str, Disagreement] = {}
+    read: dict[str, Values] = {}
     with working("read"):
         folders = open_folders([Path(path) for path in options.folders], options.layer)
         views = read_views(folders, options.modules)
         shared = share_points(views, options.same)
         if options.mine is not None:
             renderer = Renderer([Path(path) for path in options.mine], folders, rules, options.files)
-            found["mine"] = disagreement(shared.read([renderer.read(seen) for seen in views], "--mine"))
+            read["mine"] = shared.read([renderer.read(seen) for seen in views], "--mine")
         own = [seen.arrays[options.layer] for seen in views]
-        found["reference"] = disagreement(shared.read(own, "the reference"))
+        read["reference"] = shared.read(own, "the reference")
+    parts = _split(shared, own)
     noise = None
     if options.truth:
-        found["rays"], noise = _cast(shared, options.mesh)
+        read["rays"], noise = _cast(shared, options.mesh)
+    found = {name: disagreement(each) for name, each in read.items()}
     said: dict[str, Any] = {
         "layer": options.layer,
         "views": [seen.name for seen in views],
@@ -74,25 +82,52 @@ def _agree(options: argparse.Namespace) -> None:
         "limit": LIMIT,
         "disagreement": {name: vars(each) for name, each in found.items()},
         "noise_of_rays": noise,
+        "parts_of_reference": parts and vars(parts),
     }
     if options.json is not None:
         write_text(Path(options.json), json.dumps(said, indent=1, allow_nan=False) + "\n")
+    if options.picture is not None:
+        _draw(Path(options.picture), shared, read)
     head = f"{len(views)} views, {shared.sought:,} points of their surfaces: {len(shared.points):,} are seen by two"
     print(printable(f"{head} or more, within {shared.same:.3g}, in {shared.pairs:,} pairs of values"))
     for line in _table(options.layer, found):
         print(printable(line))
+    square = found["reference"].rms ** 2
+    if parts is not None and square > 0:
+        shares = f"{100 * parts.noise / square:.1f} % noise of samples, {100 * parts.rest / square:.1f} % the rest"
+        print(f"the reference's squared differences are {shares}")
     if noise is not None:
         print(f"rays: noise of their own has an RMS of {noise:.4f}")
 
 
-def _cast(shared: Shared, mesh: str | None) -> tuple[Disagreement, float]:
-    """The disagreement of ray-cast occlusion, and the root mean square of its own noise in it."""
+def _split(shared: Shared, own: Sequence[Texture]) -> Split | None:
+    """The parts of the reference's disagreement; None where its samples have no other seed."""
+    if not all(map(has_seed, shared.views)):
+        return None
+    with progress(shared.views, desc="other seed", unit="view") as bar:
+        others = [estimated(seen, other_samples(seen), 1) for seen in bar]
+    return split(shared, own, others)
+
+
+def _cast(shared: Shared, mesh: str | None) -> tuple[Values, float]:
+    """The values of ray-cast occlusion, and the root mean square of its own noise in differences."""
     from lfssao.verify.agree import truth  # late: few ask for rays
 
     rays = truth.Truth(shared.views[0], mesh)
     with progress(list(zip(shared.views, shared.places, strict=True)), desc="rays", unit="view") as bar:
         textures, errors = zip(*(rays.cast(seen, places) for seen, places in bar), strict=True)
-    return disagreement(shared.read(textures, "rays")), truth.noise(shared, errors)
+    return shared.read(textures, "rays"), truth.noise(shared, errors)
+
+
+def _draw(path: Path, shared: Shared, read: dict[str, Values]) -> None:
+    """Draw the points of the first view that shares any."""
+    from lfssao.viz.agreement import draw_disagreement  # late: it imports matplotlib
+
+    first = shared.owners[0]
+    chosen = shared.owners == first
+    values = {name: each.T[chosen] for name, each in read.items()}
+    figure = draw_disagreement(shared.views[first].view, shared.points[chosen], values)
+    write_whole(path, lambda part: figure.savefig(part, dpi=110))
 
 
 def _table(layer: str, found: dict[str, Disagreement]) -> list[str]:

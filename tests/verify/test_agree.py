@@ -7,11 +7,13 @@ from math import sqrt
 import numpy as np
 import pytest
 from jobs import edit, manifest_of, render, sentence
+from PIL import Image
 
 from lfssao import read_exr, write_exr
 from lfssao.cli.main import main
 from lfssao.rendering.manifest import digest
 from lfssao.verify.agree.measure import disagreement, share_points
+from lfssao.verify.agree.split import estimated, has_seed, other_samples, split
 from lfssao.verify.agree.truth import Truth, noise
 from lfssao.verify.agree.views import open_folders, read_views
 
@@ -129,7 +131,7 @@ def test_another_renderers_textures_beside_the_references(wall, tmp_path, capsys
     assert made["mine"]["above"] == 1
     assert made["reference"] == {"rms": 0.125, "above": 1}
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[1:]] == ["ao_1", "mine", "reference"]
+    assert [line.split()[0] for line in lines[1:4]] == ["ao_1", "mine", "reference"]
 
 
 def test_mine_is_found_and_stored_as_compare_says(wall, tmp_path):
@@ -218,6 +220,69 @@ def test_noise_of_rays_by_hand(wall):
     assert noise(share_points(views), [np.full((40, 48), e) for e in (0.003, 0.004)]) == pytest.approx(0.005, rel=1e-12)
 
 
+@pytest.mark.parametrize("words", [
+    [], ["--rotate", "none"], ["--estimator", "sao", "--guard", "3"], ["--estimator", "gtao"],
+    ["--estimator", "vo-points", "--sampling", "halton"],
+])  # fmt: skip
+def test_the_own_seed_gives_the_references_bits(rooms, tmp_path, words):
+    """And another one gives others, or there is no other."""
+    layers = "depth,positions,normals,ao"
+    room = str(rooms / "card.obj")
+    folder = render(tmp_path / "made", room, *WORDS[:-2], "--radii", "0.5", "--layers", layers, *words)
+    for seen in read_views(open_folders([folder], "ao_1"), None):
+        own = seen.arrays["ao_1"]
+        np.testing.assert_array_equal(estimated(seen, None, 0), own)
+        other = estimated(seen, other_samples(seen), 1)
+        assert has_seed(seen) == (other != own).any()
+
+
+@pytest.mark.parametrize(("words", "layer"), [
+    (["--estimator", "gtao", "--rotate", "none"], "ao_1"), (["--layers", "positions,ao"], "ao_1"), ([], "merged"),
+])  # fmt: skip
+def test_samples_without_another_seed_have_no_parts(rooms, tmp_path, words, layer):
+    folder = render(tmp_path / "made", str(rooms / "card.obj"), *WORDS[:-2], "--radii", "0.5", *words)
+    assert json.loads(agree(tmp_path, folder, "--layer", layer))["parts_of_reference"] is None
+
+
+def test_the_disagreement_of_a_tilted_wall_is_noise_of_samples(tmp_path, capsys):
+    """Turns about z put more or fewer samples behind it; both eyes see all of it within R, by the guard band."""
+    (tmp_path / "tilted.obj").write_text("v -8 -8 -4\nv 8 -8 4\nv 8 8 4\nv -8 8 -4\nf 1 2 3 4\n")
+    room = str(tmp_path / "tilted.obj")
+    found = json.loads(agree(tmp_path, render(tmp_path / "made", room, *WORDS, "--radii", "0.5", "--guard", "10")))
+    parts, rms = found["parts_of_reference"], found["disagreement"]["reference"]["rms"]
+    assert rms > 0.1
+    assert parts["noise"] + parts["rest"] == pytest.approx(rms**2, rel=1e-12)
+    assert abs(parts["rest"]) < 0.07 * rms**2
+    assert "% noise of samples" in capsys.readouterr().out
+
+
+def test_the_disagreement_at_borders_is_no_noise(rooms, tmp_path):
+    """Turns about z change nothing on a wall z = 0 but for samples that leave the texture, which the other eye sees."""
+    found = json.loads(agree(tmp_path, rooms / "wall"))
+    assert found["parts_of_reference"]["rest"] > 0.1 * found["disagreement"]["reference"]["rms"] ** 2
+
+
+def test_the_parts_of_known_noise_are_found(wall):
+    """The left view is 0.25 above the right one, and each value has noise of its own of deviation 0.1."""
+    views = read_views(open_folders([wall], "ao_1"), None)
+    draw = np.random.default_rng(5).normal(0, 0.1, (2, 2, 40, 48))
+    own, others = draw + np.reshape([0.25, 0.0], (2, 1, 1))
+    parts = split(share_points(views), own, others)
+    assert parts.noise == pytest.approx(2 * 0.1**2, rel=0.1)
+    assert parts.rest == pytest.approx(0.25**2, rel=0.1)
+
+
+def test_a_picture_of_the_points(wall, tmp_path):
+    agree(tmp_path, paint(wall, constants(0.2, 0.2)), "--picture", tmp_path / "same.png")
+    agree(tmp_path, paint(wall, constants(0.2, 0.5)), "--picture", tmp_path / "other.png")
+    same, other = (np.asarray(Image.open(tmp_path / f"{name}.png").convert("RGB")) for name in ("same", "other"))
+    assert same.shape == other.shape
+    # From the brightest of the colour map to the darkest, in the wall's place
+    dark = [picture[200:250, 150:250].sum(axis=2) < 100 for picture in (same, other)]
+    assert not dark[0].any()
+    assert dark[1].mean() > 0.1
+
+
 def test_by_hand():
     values = np.array([[0.0, 0.5, np.nan, 0.25], [0.5, np.nan, np.nan, 0.25], [0.25, 0.75, 1.0, 0.3125]])
     # Pairs: 0.5, 0.25, 0.25 of the first point, 0.25 of the second, none of the third, 0, 0.0625, 0.0625 of the last.
@@ -260,7 +325,11 @@ def test_a_guard_band_changes_where_texels_stand_and_nothing_else(rooms, tmp_pat
         parts["ao_1"].pixels[..., 0] = value(name, None)
         write_exr(banded / f"{name}.exr", list(parts.values()))
         edit(banded, "views", number, "textures", "ao_1", "sha256", value=digest(parts["ao_1"].pixels))
-    assert agree(tmp_path, banded) == agree(tmp_path, paint(shutil.copytree(rooms / "wall", tmp_path / "w"), value))
+    plain = paint(shutil.copytree(rooms / "wall", tmp_path / "plain"), value)
+    made = [json.loads(agree(tmp_path, folder)) for folder in (banded, plain)]
+    for each in made:
+        del each["parts_of_reference"]  # turns are those of the texels' places
+    assert made[0] == made[1]
 
 
 def test_chosen_modules(tmp_path):
@@ -287,6 +356,7 @@ def test_chosen_modules(tmp_path):
     (["WALL", "--truth", "--mesh", "CARD.obj"], "card.obj is not the scene that the reference was rendered of"),
     (["WALL", "--truth", "--mesh", "WALL.obj", "--layer", "merged"], "rays are of one radius, ao_1 or another"),
     (["WALL", "--estimator", "none.py"], "--estimator: none.py"),
+    (["WALL", "--picture", "a.gif"], "--picture: a.gif does not end in .png or .svg or .pdf"),
     (["WALL", "WIDE"], "are rendered with other radii"),
 ])  # fmt: skip
 def test_what_cannot_agree_is_one_sentence(rooms, tmp_path, capsys, words, wrong):

@@ -370,6 +370,16 @@ def test_what_cannot_agree_is_one_sentence(rooms, tmp_path, capsys, words, wrong
     assert wrong in sentence(capsys)
 
 
+@pytest.mark.parametrize(("keys", "value"), [
+    (["sampling"], "x"), (["sampling", "seed"], []), (["settings"], {}), (["settings", "estimator"], []),
+    (["settings", "rotation_seed"], "x"), (["views", 1, "view", "guard"], "x"),
+])  # fmt: skip
+def test_manifests_that_render_did_not_write_are_one_sentence(wall, capsys, keys, value):
+    edit(wall, *keys, value=value)
+    assert main(["agree", str(wall)]) == 2
+    assert str(wall) in sentence(capsys)
+
+
 def test_spoiled_folders_are_one_sentence(wall, capsys):
     edit(wall, "views", 0, "view", "width", value=47)
     assert main(["agree", str(wall)]) == 2

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
 from lfssao.ao.textures import Texture
 from lfssao.optics.view import without_guard
+from lfssao.rendering.folder import reading_manifest
 from lfssao.verify.agree.measure import Shared, disagreement
 from lfssao.verify.agree.views import Seen, described
-from lfssao.verify.case import described_buffers, described_options
+from lfssao.verify.case import Case, described_buffers, described_options
 from lfssao.verify.diagnosis.sampling import table_seeds
 
 
@@ -37,22 +38,28 @@ def split(shared: Shared, own: Sequence[Texture], others: Sequence[Texture]) -> 
 
 def has_seed(seen: Seen) -> bool:
     """Whether a view's occlusion can be made with another seed: of one radius, by turns or samples that have one."""
-    if seen.folder.settings["estimator"] not in ESTIMATORS or seen.folder.settings["neighbours"]:
-        return False
+    folder, there = seen.folder, {layer.name for layer in seen.layers}
+    with reading_manifest(folder.path):
+        if folder.settings["estimator"] not in ESTIMATORS or folder.settings["neighbours"]:
+            return False
     case, radius = described(seen)
-    there, name = {layer.name for layer in seen.layers}, case.parameters["estimator"]
-    needed = {"depth", "normals"} if find_estimator(name).reads_normals(case.parameters["options"]) else {"depth"}
+    reads_normals = find_estimator(case.parameters["estimator"]).reads_normals(case.parameters["options"])
+    needed = {"depth", "normals"} if reads_normals else {"depth"}
     seeds = case.parameters["rotation"] == "hash" or other_samples(seen) is not None
     return radius is not None and needed <= there and seeds
 
 
 def other_samples(seen: Seen) -> NDArray[np.float64] | None:
     """The estimator's samples of another seed; None where they have none."""
-    case, _ = described(seen)
-    table = case.inputs.get("samples", case.inputs.get("points"))
-    if table is None or "weights" in case.inputs:  # weights are of their samples
+    table, folder = _own_samples(described(seen)[0]), seen.folder
+    if table is None or folder.settings["weights"] is not None:  # weights are of their samples
         return None
-    return next(iter(table_seeds(table, seen.folder.manifest.get("sampling") or {}).values()), None)
+    with reading_manifest(folder.path):
+        return next(iter(table_seeds(table, folder.manifest["sampling"]).values()), None)
+
+
+def _own_samples(case: Case) -> NDArray[np.float64] | None:
+    return case.inputs.get("samples", case.inputs.get("points"))
 
 
 def estimated(seen: Seen, samples: NDArray[np.float64] | None, turn: int) -> Texture:
@@ -61,7 +68,7 @@ def estimated(seen: Seen, samples: NDArray[np.float64] | None, turn: int) -> Tex
     assert radius is not None
     parameters, inputs = dict(case.parameters), {**case.inputs, **{each.name: each.texture for each in seen.layers}}
     parameters["rotation_seed"] = (parameters["rotation_seed"] + turn) % 2**64
-    table = case.inputs.get("samples", case.inputs.get("points")) if samples is None else samples
+    table = _own_samples(case) if samples is None else samples
     buffers, options = described_buffers(parameters, inputs), described_options(parameters, radius)
     made = estimate(parameters["estimator"], buffers, radius, table, case.inputs.get("weights"), **options)
     return without_guard(made.texture, seen.view.guard)

@@ -43,7 +43,7 @@ def add_to(view: argparse.ArgumentParser) -> None:
     named = "picture to write, .png; with --orbit .png, .gif or .webp, animated (default: DIR/eye.png or orbit.png)"
     add("-o", "--output", metavar="FILE", help=named)
     page = """write a page without network instead, on which the eye moves by mouse and keys and AO is switched; it
-        blends shaded textures linearly, within one 8-bit code of the picture, and shows flat screens alone"""
+        blends shaded textures linearly, within one 8-bit code of the picture, and shows flat screens and quilts"""
     add("--html", metavar="FILE", help=page)
     add("--modules", type=module_range, metavar="A[:B]", help="modules A to B - 1 only, or A alone (default: all)")
     add("--layer", default="shaded", metavar="NAME", help="shaded, color, or ao_1, merged, ... (default: shaded)")

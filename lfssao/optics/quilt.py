@@ -98,6 +98,12 @@ class Quilt:
         sine, cosine = sincospi(self.field_of_view / 360)
         return float(0.5 * self.screen_height * (cosine / sine))
 
+    def eye_x(self, index: int) -> float:
+        """Place of an eye along their row, metres from the middle."""
+        steps = self.count - (self.spacing == "ends")
+        sine, cosine = sincospi(self.view_cone * (2 * index + 1 - self.count) / (2 * max(steps, 1)) / 180)
+        return float(self.distance * (sine / cosine))
+
     def file_name(self, stem: str) -> str:
         """Name of a picture of all views, by which programs know how it is laid out."""
         return f"{stem}_qs{self.columns}x{self.rows}a{self.aspect:g}.png"
@@ -122,8 +128,5 @@ class Quilt:
         up = tuple(a - m for a, m in zip(above, middle, strict=True))
         planes = 0.9 * (distance + low) * scale, 1.1 * (distance + high) * scale
         camera = Camera("perspective", tuple(eye), tuple(middle), up, self.screen_height * scale, *planes)
-        steps = self.count - (self.spacing == "ends")
-        sine, cosine = sincospi(self.view_cone * (2 * index + 1 - self.count) / (2 * max(steps, 1)) / 180)
-        shift = distance * scale * (sine / cosine)
-        view = camera.view(self.width, self.height, guard, shift=shift, aspect=self.aspect)
+        view = camera.view(self.width, self.height, guard, shift=scale * self.eye_x(index), aspect=self.aspect)
         return replace(view, name=f"view_{index:03d}")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from lfssao.core.files import read_json
 from lfssao.errors import InputError, errors_of
 from lfssao.optics.display import Display, Module
+from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import without_guard
 from lfssao.rendering.exr import read_exr, use_one_thread_a_file
 from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
@@ -70,15 +71,25 @@ def entries_of(folder: Path, manifest: dict[str, Any]) -> dict[str, dict[str, An
 def read_manifest(folder: Path, layer: str, modules: Any = None) -> tuple[Display, dict[int, dict[str, Any]]]:
     """The display of a folder's textures, and the manifest's entry of each module, which has the layer (InputError).
 
-    ``modules`` are the numbers of those that are wanted; InputError if the folder has none of them.
+    ``modules`` are the numbers of those that are wanted; InputError if the folder has none of them, or a quilt.
     """
+    display, entries = read_views(folder, layer, modules)
+    if isinstance(display, Quilt):
+        raise InputError(f"{folder}: its manifest: it describes a quilt, which an eye sees by --html alone")
+    return display, entries
+
+
+def read_views(folder: Path, layer: str, modules: Any = None) -> tuple[Display | Quilt, dict[int, dict[str, Any]]]:
+    """As ``read_manifest``, also of a quilt, whose views are its modules."""
     manifest = load_manifest(folder)
     named = entries_of(folder, manifest)
     with reading_manifest(folder), errors_of(f"{folder}: its manifest"):
-        if manifest["display"] is None:
-            raise InputError("it describes views of cameras (--camera, or a quilt's), but an eye looks at modules")
-        entries = {int(name.removeprefix("module_")): entry for name, entry in named.items()}
-        display = display_of(manifest["display"], entries)
+        quilt = manifest.get("quilt")
+        if manifest["display"] is None and quilt is None:
+            raise InputError("it describes views of cameras (--camera), but an eye looks at a display")
+        prefix = "module_" if quilt is None else "view_"
+        entries = {int(name.removeprefix(prefix)): entry for name, entry in named.items()}
+        display = display_of(manifest["display"], entries) if quilt is None else _quilt_of(quilt, entries)
     entries = {k: entries[k] for k in sorted({*chosen_modules(display, modules)} & {*entries})}
     if not entries:
         raise InputError(f"{folder}: it has none of these modules")
@@ -103,6 +114,15 @@ def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Di
             raise ValueError("the sizes of its views are not those of the display's modules")
         display = display.with_resolution(*next(iter(sizes.values())))
     return display
+
+
+def _quilt_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Quilt:
+    """The quilt of a manifest's ``values``, in the resolution of its views, the ``entries`` by number."""
+    quilt = Quilt(**{**values, "roi": tuple(map(tuple, values["roi"]))})
+    sizes = {tuple(e["view"][k] - 2 * e["view"].get("guard", 0) for k in ("width", "height")) for e in entries.values()}
+    if not set(entries) <= set(range(quilt.count)) or len(sizes) != 1:
+        raise ValueError(f"views are not those of {quilt.name}: {sorted(entries)}")
+    return quilt.with_resolution(*sizes.pop())
 
 
 def fill(

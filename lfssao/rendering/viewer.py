@@ -27,6 +27,7 @@ from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
+from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import View, WorldToImage, finite_numbers, inverse_of
 from lfssao.rendering import doubts
 from lfssao.rendering.kernels import light_field as kernels
@@ -182,7 +183,7 @@ class Photograph:
         return pictures.row_png([pictures.light_codes(self.image)], self.image.shape[1])
 
 
-def picture_size(display: Display, width: int) -> tuple[int, int]:
+def picture_size(display: Display | Quilt, width: int) -> tuple[int, int]:
     """Width and height, pixels, of a picture of the screen with square pixels; InputError for no positive width."""
     width = check_whole("width", width, 1, MOST_TEXELS)
     return width, max(1, round(width * display.screen_height / display.screen_width))

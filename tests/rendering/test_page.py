@@ -110,7 +110,7 @@ def random_page(monkeypatch, path, display, missing=()):
     rng, chosen = np.random.default_rng(5), [k for k in range(len(display.modules)) if k not in missing]
     textures = {k: 0.02 + 0.98 * rng.random((SIZE[1], SIZE[0], 3), np.float32) ** 3 for k in chosen}
     entries = {k: {"file": f"{k}.exr", "textures": {"shaded": k}} for k in chosen}
-    monkeypatch.setattr(made, "read_manifest", lambda *_: (display, entries))
+    monkeypatch.setattr(made, "read_views", lambda *_: (display, entries))
     monkeypatch.setattr(made, "read_layer", lambda _path, _layer, k: textures[k])
     eye_page("folder", width=123).save(path)
     return textures
@@ -287,7 +287,7 @@ def test_what_the_page_cannot_show_is_refused_in_one_sentence(folder, capsys, tm
 ])  # fmt: skip
 def test_displays_that_the_page_does_not_know_are_refused(monkeypatch, display, reason):
     entries = {k: {"file": "a.exr", "textures": {"shaded": k}} for k in range(len(display.modules))}
-    monkeypatch.setattr(made, "read_manifest", lambda *_: (display, entries))
+    monkeypatch.setattr(made, "read_views", lambda *_: (display, entries))
     with pytest.raises(InputError, match=reason):
         eye_page("folder")
 
@@ -295,7 +295,45 @@ def test_displays_that_the_page_does_not_know_are_refused(monkeypatch, display, 
 @pytest.mark.parametrize("texture", [np.zeros((2, 2, 3)), np.full((20, 32, 3), np.nan), np.zeros((20, 32, 1))])
 def test_a_file_with_another_texture_is_refused(monkeypatch, texture):
     entries = {k: {"file": "a.exr", "textures": {"shaded": k}} for k in (9, 10, 11)}
-    monkeypatch.setattr(made, "read_manifest", lambda *_: (DISPLAYS["sample-a"], entries))
+    monkeypatch.setattr(made, "read_views", lambda *_: (DISPLAYS["sample-a"], entries))
     monkeypatch.setattr(made, "read_layer", lambda *_: texture.astype(np.float32))
     with pytest.raises(InputError, match=r"folder/a.exr: its part shaded is no finite texture of 32x20 texels"):
         eye_page("folder", width=20)
+
+
+QUILT = """kind = "quilt"
+name = "small"
+columns = 3
+rows = 2
+resolution = [24, 32]
+aspect = 0.75
+screen_height = 0.16
+field_of_view = 14
+view_cone = 35
+roi = {min = [-0.04, -0.07, -0.04], max = [0.04, 0.07, 0.04]}
+"""
+
+
+def test_a_quilt_shows_each_eye_its_view_and_two_between_them(browser, tmp_path, capsys):
+    (tmp_path / "small.toml").write_text(QUILT)
+    folder = render(tmp_path / "out", "statue", "--display", str(tmp_path / "small.toml"), "--radii", "5%")
+    assert main(["view", str(folder), "--html", str(tmp_path / "eye.html"), "--width", "24"]) == 0
+    opened(browser, tmp_path / "eye.html")
+    away = 0.08 / np.tan(np.radians(7))
+    eyes = away * np.tan(np.radians([-17.5, -10.5, -3.5, 3.5, 10.5, 17.5]))
+    views = [lfssao.read_exr(folder / f"view_{k:03d}.exr")["shaded"].pixels.astype(float) for k in range(6)]
+    x = 0.12 * ((np.arange(24) + 0.5) / 24 - 0.5)
+    for eye, left, right in [(eyes[0], 0, 0), (eyes[2], 2, 2), (eyes[5], 5, 5), (-0.05, 1, 2), (0.13, 4, 5)]:
+        ways = [np.sin(abs(np.arctan((eye - x) / away) - np.arctan((eyes[k] - x) / away))) for k in (left, right)]
+        share = 0.5 if left == right else (ways[1] / (ways[0] + ways[1]))[:, None]
+        linear = share * views[left] + (1 - share) * views[right]
+        codes = 255 * np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+        found = pixels(browser, x=eye, distance=away)
+        assert np.abs(found - codes).max() <= 1.5
+        assert len(np.unique(found)) > 50
+    assert text(browser, "form").count("light of view") == 1
+    (tmp_path / "small.toml").write_text(QUILT.replace("columns = 3\nrows = 2", "columns = 1\nrows = 1"))
+    one = render(tmp_path / "one", "statue", "--display", str(tmp_path / "small.toml"), "--radii", "5%")
+    capsys.readouterr()
+    assert main(["view", str(one), "--html", str(tmp_path / "no.html")]) == 2
+    assert sentence(capsys) == "display small: it has one view, a page moves between two"

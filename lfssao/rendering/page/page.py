@@ -2,7 +2,8 @@
 
 On a flat screen a module shows each screen point the same light wherever the eye is; the eye's place decides how much
 of it counts. So the page holds each module's texture as it is read at the picture's pixels, in 8-bit sRGB, and a shader
-blends two of them as ``LightField.photograph`` does with blend 'linear', within one code of its 8-bit picture.
+blends two of them as ``LightField.photograph`` does with blend 'linear', within one code of its 8-bit picture. Rays of
+a quilt's view meet in its eye; so the page takes it for a module that stands there, before the screen.
 """
 
 import json
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from html import escape
 from importlib.resources import files
+from math import isfinite
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -22,14 +24,16 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from lfssao.core.arguments import as_number
 from lfssao.core.files import write_text
 from lfssao.core.pictures import image_png
 from lfssao.core.srgb import to_codes
-from lfssao.errors import InputError
+from lfssao.errors import InputError, shown
 from lfssao.optics.display import Display
 from lfssao.optics.kernels.display import display_module, screen_to_image
+from lfssao.optics.quilt import Quilt
 from lfssao.rendering.exr import use_one_thread_a_file
-from lfssao.rendering.folder import read_layer, read_manifest
+from lfssao.rendering.folder import read_layer, read_views
 from lfssao.rendering.viewer import eye_point, eye_range, picture_size
 
 MOST_BYTES = 2**29  # of texels on a graphics card, four bytes each
@@ -70,10 +74,10 @@ def eye_page(
 ) -> EyePage:
     """The page of a display that ``lfssao render`` wrote into a folder: textures with AO, and without if coloured.
 
-    ``modules`` are the numbers of those that shine (default: all that are there); the eye begins at ``eye_x``, metres
-    (default: as near to the middle as light reaches); ``width`` is the picture's, pixels. ``bar`` passes on one step a
-    module. InputError as ``LightField``, and if there is no shaded texture, the pictures take more than ``MOST_BYTES``,
-    the screen is curved, or the display is conical and its modules are not in a line.
+    ``modules`` are the numbers of those, or of a quilt's views, that shine (default: all); the eye begins at ``eye_x``,
+    metres (default: as near to the middle as light reaches); ``width`` is the picture's, pixels. ``bar`` passes on one
+    step a module. InputError as ``LightField``, and if a quilt has one view, there is no shaded texture, the pictures
+    take more than ``MOST_BYTES``, the screen is curved, or the display is conical and its modules are not in a line.
 
     >>> from lfssao.cli.main import main
     >>> main("render corner --display sample-a --modules 9:12 --resolution 50x30 -o out".split())
@@ -83,13 +87,11 @@ def eye_page(
     >>> page.save("eye.html")
     """
     folder = Path(folder)
-    display, entries = read_manifest(folder, "shaded", modules)
+    display, entries = read_views(folder, "shaded", modules)
     chosen = list(entries)
     layers = [name for name in ("color", "shaded") if all(name in entry["textures"] for entry in entries.values())]
-    _check(display)
-    left, right = eye_range(display, chosen)
-    start = min(max(0.0, left), right) if eye_x is None else eye_point(display, eye_x)[0]
-    eyes, size = (min(left, start), max(right, start)), picture_size(display, width)
+    size = picture_size(display, width)
+    seen = _of_quilt(display, chosen, eye_x) if isinstance(display, Quilt) else _of_display(display, chosen, eye_x)
     needed = 4 * len(layers) * len(chosen) * size[0] * size[1]
     if needed > MOST_BYTES:
         told = f"{needed >> 20} MB of pictures, a page holds {MOST_BYTES >> 20}"
@@ -102,10 +104,27 @@ def eye_page(
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         made = dict(zip(chosen, bar(pool.map(packed, chosen), len(chosen)), strict=True))
     lit = np.flatnonzero(np.any([rows for _, rows in made.values()], axis=0)).tolist() or [0]
+    modules = [
+        {"x": x, "y": y, "z": z, "textures": made[k][0] if k in made else None}
+        for k, (x, y, z) in enumerate(seen.pop("places"))
+    ]
     data = {
         "layers": len(layers),
         "rows": (lit[0], lit[-1] + 1),
         "screen": (display.screen_width, display.screen_height),
+        "modules": modules,
+        **seen,
+    }
+    return EyePage(_filled(display.name, size, data, "view" if isinstance(display, Quilt) else "module"), size[1])
+
+
+def _of_display(display: Display, chosen: Sequence[int], eye_x: float | None) -> dict[str, Any]:
+    """The page's numbers of the places of modules and eyes."""
+    _check(display)
+    left, right = eye_range(display, chosen)
+    start = min(max(0.0, left), right) if eye_x is None else eye_point(display, eye_x)[0]
+    eyes = min(left, start), max(right, start)
+    return {
         "conical": display.diffuser == "conical",
         "height": display.observer_height,
         "distance": -display.observer_z,
@@ -113,12 +132,28 @@ def eye_page(
         "curvature": display.observer_curvature,
         "eye": start,
         "eyes": eyes,
-        "modules": [
-            {"x": m.x, "y": m.y, "z": m.z, "textures": made[k][0] if k in made else None}
-            for k, m in enumerate(display.modules)
-        ],
+        "places": [(m.x, m.y, m.z) for m in display.modules],
     }
-    return EyePage(_filled(display.name, size, data), size[1])
+
+
+def _of_quilt(quilt: Quilt, chosen: Sequence[int], eye_x: float | None) -> dict[str, Any]:
+    """The page's numbers of a quilt, as of ``_of_display``: eyes lie in a row, and each view's rays meet in its own."""
+    if quilt.count < 2:
+        raise InputError(f"display {quilt.name}: it has one view, a page moves between two")
+    left, right = quilt.eye_x(min(chosen)), quilt.eye_x(max(chosen))
+    start = min(max(0.0, left), right) if eye_x is None else as_number(eye_x)
+    if not isfinite(start):
+        raise InputError(f"eye x is {shown(eye_x)}, it must be a finite number")
+    return {
+        "conical": False,
+        "height": 0.0,
+        "distance": quilt.distance,
+        "distances": (0.5 * quilt.distance, 2 * quilt.distance),
+        "curvature": 0.0,
+        "eye": start,
+        "eyes": (min(left, start), max(right, start)),
+        "places": [(quilt.eye_x(k), 0.0, -quilt.distance) for k in range(quilt.count)],
+    }
 
 
 def _distances(display: Display, left: float, right: float) -> tuple[float, float]:
@@ -141,24 +176,34 @@ def _check(display: Display) -> None:
 
 
 def _packed(
-    display: Display, index: int, size: tuple[int, int], folder: Path, entry: Mapping[str, Any], layers: Sequence[str]
+    display: Display | Quilt,
+    index: int,
+    size: tuple[int, int],
+    folder: Path,
+    entry: Mapping[str, Any],
+    layers: Sequence[str],
 ) -> tuple[list[str], NDArray[np.bool_]]:
     """Layers of a module at the picture's pixels, each a PNG file in base64, and which rows of them are not black.
 
     They are transparent where the module shows nothing. InputError if its file does not hold them.
     """
-    (columns, rows), path, module = size, folder / Path(entry["file"]).name, display.modules[index]
-    x = display.screen_width * ((np.arange(columns) + 0.5) / columns - 0.5)
-    y = display.screen_height * (0.5 - (np.arange(rows) + 0.5) / rows)
-    numbers, textures = display_module(display.module_numbers(index)), []
+    (columns, rows), path, textures = size, folder / Path(entry["file"]).name, []
+    module = display if isinstance(display, Quilt) else display.modules[index]
     for layer in layers:
         texture = read_layer(path, layer, entry["textures"][layer])
         if texture.shape != (module.height, module.width, 3) or not np.isfinite(texture).all():
             raise InputError(f"{path}: its part {layer} is no finite texture of {module.width}x{module.height} texels")
         textures.append(texture)
-    with np.errstate(all="ignore"):  # where the optics form no picture
-        u, v, ahead, formed = _TO_IMAGE(numbers, *np.meshgrid(x, y), 0.0)
-        seen = ahead & formed & (u >= 0) & (u < module.width) & (v >= 0) & (v < module.height)
+    across, down = np.meshgrid((np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows)
+    if isinstance(display, Quilt):
+        u, v, formed = module.width * across, module.height * down, np.ones(across.shape, np.bool_)
+    else:
+        x, y = display.screen_width * (across - 0.5), display.screen_height * (0.5 - down)
+        with np.errstate(all="ignore"):  # where the optics form no picture
+            u, v, ahead, formed = _TO_IMAGE(display_module(display.module_numbers(index)), x, y, 0.0)
+            formed = ahead & formed
+    with np.errstate(invalid="ignore"):
+        seen = formed & (u >= 0) & (u < module.width) & (v >= 0) & (v < module.height)
     light = np.zeros((rows, columns, 3 * len(layers)))
     light[seen] = _bilinear(np.concatenate(textures, axis=2), u[seen], v[seen])
     made = []
@@ -185,14 +230,15 @@ def _bilinear(texture: NDArray[np.float32], u: NDArray[np.float64], v: NDArray[n
     return made
 
 
-def _filled(name: str, size: Sequence[int], data: Mapping[str, Any]) -> str:
-    """The file's text."""
+def _filled(name: str, size: Sequence[int], data: Mapping[str, Any], kind: str) -> str:
+    """The file's text; kind: what shows a texture, a module or a view."""
     here = files(__package__)
     page, style, shader, script = ((here / f"eye.{end}").read_text("utf-8") for end in ("html", "css", "frag", "js"))
     allowed = [f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'" for text in (style, script)]
     policy = f"default-src 'none'; img-src data:; style-src {allowed[0]}; script-src {allowed[1]}"
     (left, right), (near, far) = data["eyes"], data["distances"]
     return Template(page).substitute(
+        kind=kind,
         name=escape(name.encode("utf-8", "backslashreplace").decode()),
         policy=policy,
         style=style,
@@ -204,6 +250,6 @@ def _filled(name: str, size: Sequence[int], data: Mapping[str, Any]) -> str:
         right=right,
         near=near,
         far=far,
-        distance=f"{data['distance']:g}",
+        distance=f"{data['distance']:.3g}",
         data=json.dumps(data).replace("<", "\\u003c"),
     )

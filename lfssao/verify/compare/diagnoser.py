@@ -129,7 +129,8 @@ class Diagnoser:
         return {self._words(module, other): other for other in self._names if other != module}
 
     def _words(self, module: str, other: str) -> str:
-        return f"{other} (modules in reverse order)" if self._opposite[module] == other else other
+        reverse = self._opposite[module] == other and len(self._names) > 2  # of two eyes it is the other one
+        return f"{other} ({other.partition('_')[0]}s in reverse order)" if reverse else other
 
     def _depths(self, module: str) -> Iterator[tuple[str, NDArray[Any]]]:
         """Depth of the module in this one's place in reverse order, and of the nearest."""

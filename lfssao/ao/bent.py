@@ -74,7 +74,7 @@ def bent_normals(
     made = estimator.formulas(buffers, radius, None, None, options)
     for field in ("steps", "axis"):
         if field not in made._fields:
-            raise InputError(f"class {type(made).__name__} has no field '{field}', which bent normals need")
+            raise InputError(f"estimator {estimator.name}: its formulas have no field '{field}' for bent normals")
     formulas = distinct(made)
     view = float_view(buffers, words_of(formulas), options)
     axes = (formulas._replace(axis=axis) for axis in range(3))

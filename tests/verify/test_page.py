@@ -231,7 +231,7 @@ def test_wrong_textures_are_kept_texel_by_texel(report):
 
 def test_the_wheel_holds_the_template_the_style_and_the_script():
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
-    (held,) = (glob for glob in project["tool"]["setuptools"]["package-data"]["lfssao"] if "page" in glob)
+    (held,) = (glob for glob in project["tool"]["setuptools"]["package-data"]["lfssao"] if "compare/page" in glob)
     assert {path.suffix for path in Path(lfssao.__file__).parent.glob(held)} >= {".j2", ".css", ".js"}
 
 

@@ -82,4 +82,4 @@ def test_bent_normals_need_an_axis(tmp_path):
     path = written(tmp_path, START["fold"].replace("normals=True)", "normals=True, bent=True)"))
     with pytest.raises(lfssao.InputError) as caught:
         lfssao.read_estimator(path)
-    assert str(caught.value) == f"{path}: class Mine has no field 'axis', which bent normals need"
+    assert str(caught.value) == f"{path}: estimator mine: its formulas have no field 'axis' for bent normals"

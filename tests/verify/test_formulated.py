@@ -68,7 +68,7 @@ def test_at_texels_the_bits_are_those_of_the_kernels(name, look_ups, kind):
     )  # fmt: skip
     right = estimate(name, buffers, 0.3, *given, **options).texture.ravel()
     assert np.count_nonzero(right) > 60
-    assert np.array_equal(problem._values(), right.astype(np.float64))
+    assert np.array_equal(problem.values(), right.astype(np.float64))
 
 
 @pytest.mark.parametrize(("rule", "mode"), [

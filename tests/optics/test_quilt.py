@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from jobs import manifest_of, sentence
 from jobs import render as render_files
+from quilt_files import QUILT
 
 from lfssao import (
     InputError,
@@ -27,23 +28,12 @@ from lfssao.cli.main import main
 
 PORTRAIT, GO = find_views("looking-glass-portrait"), find_views("looking-glass-go")
 FLIP = np.diag([1.0, 1.0, -1.0, 1.0])[:3]  # the world is physical space, its z towards the viewers
-SMALL = """kind = "quilt"
-name = "small"
-columns = 3
-rows = 2
-resolution = [24, 32]
-aspect = 0.75
-screen_height = 0.16
-field_of_view = 14
-view_cone = 35
-roi = {min = [-0.05, -0.07, -0.04], max = [0.05, 0.07, 0.04]}
-"""
 
 
 @pytest.fixture
 def small(tmp_path):
     path = tmp_path / "small.toml"
-    path.write_text(SMALL)
+    path.write_text(QUILT)
     return path
 
 
@@ -175,12 +165,12 @@ def test_the_command_prints_and_lists_them(capsys, small):
     assert main(["display", "looking-glass-go"]) == 0
     assert capsys.readouterr().out == display_text("looking-glass-go")
     assert main(["display", str(small)]) == 0
-    assert capsys.readouterr().out == SMALL
+    assert capsys.readouterr().out == QUILT
     assert main(["display"]) == 0
     assert capsys.readouterr().out.splitlines()[-1].endswith("views. 0.12 x 0.161 m, quilt of 8 x 6 views")
     assert main(["display", str(small), "--plot"]) == 2
     assert "small: it is a quilt" in sentence(capsys)
-    small.write_text(SMALL.replace("height = 0.16", "height = 160"))
+    small.write_text(QUILT.replace("height = 0.16", "height = 160"))
     assert main(["display", str(small)]) == 0
     assert "small: its screen is 120 x 160 metres large: did you mean millimetres?" in capsys.readouterr().err
 
@@ -206,7 +196,7 @@ def test_the_command_prints_and_lists_them(capsys, small):
 ])  # fmt: skip
 def test_a_file_that_is_wrong(line, reason):
     key = line.split(" = ")[0]
-    lines = [line if each.startswith(f"{key} =") else each for each in SMALL.splitlines()]
+    lines = [line if each.startswith(f"{key} =") else each for each in QUILT.splitlines()]
     with pytest.raises(InputError) as caught:
         parse_display("\n".join(lines if line in lines else [line, *lines]), "f")
     assert str(caught.value).startswith(reason)

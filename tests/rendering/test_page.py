@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from jobs import render, sentence
 from PIL import Image
+from quilt_files import QUILT
 from reference import viewer as reference
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
@@ -299,19 +300,6 @@ def test_a_file_with_another_texture_is_refused(monkeypatch, texture):
     monkeypatch.setattr(made, "read_layer", lambda *_: texture.astype(np.float32))
     with pytest.raises(InputError, match=r"folder/a.exr: its part shaded is no finite texture of 32x20 texels"):
         eye_page("folder", width=20)
-
-
-QUILT = """kind = "quilt"
-name = "small"
-columns = 3
-rows = 2
-resolution = [24, 32]
-aspect = 0.75
-screen_height = 0.16
-field_of_view = 14
-view_cone = 35
-roi = {min = [-0.04, -0.07, -0.04], max = [0.04, 0.07, 0.04]}
-"""
 
 
 def test_a_quilt_shows_each_eye_its_view_and_two_between_them(browser, tmp_path, capsys):

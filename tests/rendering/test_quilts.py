@@ -4,28 +4,19 @@ import numpy as np
 import pytest
 from jobs import render, sentence
 from PIL import Image
+from quilt_files import QUILT
 
 from lfssao import read_exr
 from lfssao.cli.main import main
 
-QUILT = """kind = "quilt"
-name = "mine"
-columns = 3
-rows = 2
-resolution = [24, 32]
-aspect = 0.5625
-screen_height = 0.16
-field_of_view = 14
-view_cone = 35
-roi = {min = [-0.04, -0.07, -0.04], max = [0.04, 0.07, 0.04]}
-"""
+MINE = QUILT.replace("aspect = 0.75", "aspect = 0.5625").replace("0.05", "0.04")
 # View 0 below on the left, from there to the right and upwards: rows of the picture from above.
 ROWS = [[3, 4, 5], [0, 1, 2]]
 
 
 @pytest.fixture
 def job(tmp_path):
-    (tmp_path / "mine.toml").write_text(QUILT)
+    (tmp_path / "mine.toml").write_text(MINE)
     return "statue", "--display", str(tmp_path / "mine.toml"), "--radii", "5%,10%"
 
 

@@ -7,29 +7,20 @@ import numpy as np
 import pytest
 from jobs import edit, render, sentence
 from PIL import Image
+from quilt_files import QUILT
 
 from lfssao import compare, read_exr, write_exr
 from lfssao.cli.main import main
 from lfssao.verify.verdict import Verdict
 
-QUILT = """kind = "quilt"
-name = "mine"
-columns = 3
-rows = 2
-resolution = [36, 48]
-aspect = 0.75
-screen_height = 0.16
-field_of_view = 14
-view_cone = 35
-roi = {min = [-0.05, -0.07, -0.04], max = [0.05, 0.07, 0.04]}
-"""
+MINE = QUILT.replace("[24, 32]", "[36, 48]")
 ORDER = [3, 4, 5, 0, 1, 2]  # of the views in a picture, from the upper left
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("quilt")
-    (path / "mine.toml").write_text(QUILT)
+    (path / "mine.toml").write_text(MINE)
     return render(path / "reference", "statue", "--display", str(path / "mine.toml"), "--radii", "5%")
 
 
@@ -94,7 +85,7 @@ def test_files_of_views_come_first_and_a_part_of_the_views_may_be_the_reference(
     for k in range(6):
         shutil.copy(folder / f"view_{k:03d}.exr", mine)
     assert compare(mine, folder).exit_code == 0
-    (tmp_path / "mine.toml").write_text(QUILT)
+    (tmp_path / "mine.toml").write_text(MINE)
     job = "statue", "--display", str(tmp_path / "mine.toml"), "--radii", "5%", "--modules", "4:6"
     part, whole = render(tmp_path / "part", *job), tmp_path / "whole"
     whole.mkdir()

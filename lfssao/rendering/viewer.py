@@ -60,8 +60,7 @@ class LightField:
         shots: Iterable[tuple[float, int, str]] | None = None,
     ) -> None:
         display = find_display(display)
-        if len(display.modules) < 2:
-            raise InputError(f"display {display.name}: it has one module, an eye needs two (sample-a has 21, for one)")
+        check_modules(display)
         self.display = display
         self._sizes = np.array([(m.width, m.height) for m in display.modules], np.int64)
         self._numbers = np.stack([display.module_numbers(k) for k in range(len(display.modules))])
@@ -181,6 +180,12 @@ class Photograph:
 
     def _repr_png_(self) -> bytes:
         return pictures.row_png([pictures.light_codes(self.image)], self.image.shape[1])
+
+
+def check_modules(display: Display) -> None:
+    """Refuse (InputError) a display of one module: an eye is between the rays of two."""
+    if len(display.modules) < 2:
+        raise InputError(f"display {display.name}: it has one module, an eye needs two (sample-a has 21, for one)")
 
 
 def picture_size(display: Display | Quilt, width: int) -> tuple[int, int]:

@@ -34,7 +34,7 @@ from lfssao.optics.kernels.display import display_module, screen_to_image
 from lfssao.optics.quilt import Quilt
 from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.folder import read_layer, read_views
-from lfssao.rendering.viewer import eye_point, eye_range, picture_size
+from lfssao.rendering.viewer import check_modules, eye_point, eye_range, picture_size
 
 MOST_BYTES = 2**29  # of texels on a graphics card, four bytes each
 _FRAME = '<iframe srcdoc="{}" style="width: 100%; height: {}px; border: 0"></iframe>'
@@ -166,8 +166,7 @@ def _distances(display: Display, left: float, right: float) -> tuple[float, floa
 def _check(display: Display) -> None:
     """Refuse (InputError) a display of one module, and one that the page cannot show."""
     name, modules = f"display {display.name}", display.modules
-    if len(modules) < 2:
-        raise InputError(f"{name}: it has one module, an eye needs two (sample-a has 21, for one)")
+    check_modules(display)
     if display.screen_curvature != 0:
         raise InputError(f"{name}: a page shows flat screens alone, of a curved one each eye sees other points")
     in_line = len({(m.y, m.z) for m in modules}) == 1 and len({m.x for m in modules}) == len(modules)

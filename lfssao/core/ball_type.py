@@ -5,7 +5,7 @@ import inspect
 import numpy as np
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic, make_attribute_wrapper, models, overload, register_model
+from numba.extending import intrinsic, make_attribute_wrapper, models, overload, overload_attribute, register_model
 
 from lfssao.core.numbers import INLINED, formula, is_plain
 
@@ -17,46 +17,58 @@ LARGE = 2.0**126
 
 
 class BallType(types.Type):  # type: ignore[misc]
-    """A ball, with the error model of its operations: relative errors of + - *, quotients, roots, and of exp.
+    """A ball, with the memory of its error model: relative errors of + - *, quotients, roots, and two of exp.
 
-    exp(x) is off by ``constant`` and by ``slope`` abs(x).
+    exp(x) is off by ``constant`` and by ``slope`` abs(x). Three values in place of seven make intervals of hbao
+    take 0.9 of the time.
     """
 
     def __init__(self):
         super().__init__("Ball")
 
 
-_FIELDS = "value", "error", "operation", "quotient", "root", "constant", "slope"
+_MODEL = types.CPointer(types.float64)
 
 
 @register_model(BallType)
 class _BallModel(models.StructModel):  # type: ignore[misc]
     def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, [(name, types.float64) for name in _FIELDS])
+        super().__init__(dmm, fe_type, [("value", types.float64), ("error", types.float64), ("model", _MODEL)])
 
 
-for _name in _FIELDS:
+for _name in ("value", "error", "model"):
     make_attribute_wrapper(BallType, _name, _name)
+
+
+def _number_of_model(name, k):
+    @overload_attribute(BallType, name, jit_options=INLINED)
+    def get(x):
+        return lambda x: x.model[k]
+
+
+for _k, _name in enumerate(("operation", "quotient", "root", "constant", "slope")):
+    _number_of_model(_name, _k)
 ball = BallType()
 
 
 @intrinsic
-def ball_of(_typing, value, error, operation, quotient, root, constant, slope):
-    """Value +- error, in the error model of these relative errors."""
+def ball_of(_typing, value, error, model):
+    """Value +- error, in the error model of these five numbers, an array that must outlive the ball, or its memory."""
 
-    def make(context, builder, _signature, arguments):
-        made = cgutils.create_struct_proxy(ball)(context, builder)
-        for name, each in zip(_FIELDS, arguments, strict=True):
-            setattr(made, name, each)
+    def make(context, builder, signature, arguments):
+        made, kind = cgutils.create_struct_proxy(ball)(context, builder), signature.args[2]
+        made.value, made.error, given = arguments
+        of_array = isinstance(kind, types.Array)
+        made.model = context.make_array(kind)(context, builder, given).data if of_array else given
         return made._getvalue()
 
-    return ball(*[types.float64] * len(_FIELDS)), make
+    return ball(types.float64, types.float64, model), make
 
 
 @formula
 def Ball(value, error, like):  # noqa: N802 - it reads as a type
     """Value +- error, in the error model of another ball."""
-    return ball_of(value, error, like.operation, like.quotient, like.root, like.constant, like.slope)
+    return ball_of(value, error, like.model)
 
 
 @formula

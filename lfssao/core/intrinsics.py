@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import config, extending, types
-from numba.core import cgutils
+from numba.core import cgutils, imputils
 
 # Numbers that ``scratch`` holds: of a handful of arrays, they fit the nearest cache beside the textures' texels.
 CHUNK = 256
@@ -65,6 +65,25 @@ def element(_typing: Any, array: Any, number: Any) -> Any:
         return builder.load(builder.gep(made.data, [wide], inbounds=True))
 
     return array.dtype(array, types.int32), load
+
+
+@_intrinsic(lambda array: array)
+def memory_of(_typing: Any, array: Any) -> Any:
+    """The numbers of a flat array without its owner, length and stride, for look-ups; None of None.
+
+    An array is seven values of LLVM, which numba hands on from call to call, and counts its readers. Kernels of sums
+    and steps compile in 0.77 of the time by it, and are as fast [bench_estimators]. The array must outlive the kernel,
+    and nobody asks whether an index is inside: where numba shall, with NUMBA_BOUNDSCHECK=1, it is the array itself.
+    """
+    if isinstance(array, types.NoneType):
+        return array(array), lambda context, *_: context.get_dummy_value()
+
+    def take(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        if config.BOUNDSCHECK:
+            return imputils.impl_ret_borrowed(context, builder, array, arguments[0])
+        return context.make_array(signature.args[0])(context, builder, arguments[0]).data
+
+    return (array if config.BOUNDSCHECK else types.CPointer(array.dtype))(array), take
 
 
 def _leaves(builder: Any, value: Any) -> list[Any]:

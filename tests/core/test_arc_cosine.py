@@ -34,8 +34,8 @@ def test_an_angle_is_made_in_float64_and_rounded_once(dtype):
 
 
 @kernel
-def of_balls(given, relative, operation, made):
-    zero = ball_of(0.0, 0.0, operation, operation, operation, operation, operation)
+def of_balls(given, relative, model, made):
+    zero = ball_of(0.0, 0.0, model)
     for i in range(len(given)):
         ball = arc_cosine_of_ball(Ball(given[i, 0], given[i, 1], zero), relative)
         made[i, 0], made[i, 1] = ball.value - ball.error * SAFETY, ball.value + ball.error * SAFETY
@@ -46,7 +46,7 @@ def test_a_ball_holds_the_angles_of_all_its_numbers_and_hardly_more(relative, op
     rng = np.random.default_rng(3)
     given = np.stack([rng.choice(COSINES, 200), rng.choice([0.0, 1e-6, 0.01, 0.5], 200)], axis=1)
     made = np.zeros_like(given)
-    of_balls(given, relative, operation, made)
+    of_balls(given, relative, np.full(5, operation), made)
     for (cosine, error), (low, high) in zip(given.tolist(), made.tolist(), strict=True):
         ends = []
         for x in (cosine + error, cosine - error):

@@ -36,7 +36,7 @@ def comparisons(x, y):
 @kernel
 def bounded(given, rows, by, made, doubts):
     """Values and errors of all formulas, a unit vector among them; may and must of comparisons; given: (N, 6, 2)."""
-    zero = ball_of(0.0, 0.0, by[0], by[1], by[2], by[3], by[4])
+    zero = ball_of(0.0, 0.0, by)
     for i in range(given.shape[0]):
         x = Ball(given[i, 0, 0], given[i, 0, 1], zero)
         y = Ball(given[i, 1, 0], given[i, 1, 1], zero)

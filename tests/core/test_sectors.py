@@ -53,7 +53,7 @@ def test_sectors_of_floats_are_those_from_the_first_to_before_the_last(dtype):
 @kernel
 def of_balls(given, made, counts, by):
     """Sectors, joined with others and chosen in doubt, for sure and perhaps; given: (N, 4, 2), values and errors."""
-    zero = ball_of(0.0, 0.0, by, by, by, by, by)
+    zero = ball_of(0.0, 0.0, by)
     for i in range(len(given)):
         a, b = Ball(given[i, 0, 0], given[i, 0, 1], zero), Ball(given[i, 1, 0], given[i, 1, 1], zero)
         c, d = Ball(given[i, 2, 0], given[i, 2, 1], zero), Ball(given[i, 3, 0], given[i, 3, 1], zero)
@@ -79,7 +79,7 @@ def test_sectors_of_balls_hold_those_of_all_numbers_in_them_and_no_more():
     given = np.stack([rng.integers(0, MOST + 1, (400, 4)), rng.choice([0.0, 1e-6, 0.5, 1.0, 2.5], (400, 4))], axis=2)
     given[:, :, 0] += rng.choice([0.0, 0.5], (400, 4)) * (given[:, :, 1] >= 0.5)  # whole numbers are in each
     made, counts = np.zeros((len(given), 8, 2), np.uint32), np.zeros((len(given), 2))
-    of_balls(given, made, counts, 0.0)
+    of_balls(given, made, counts, np.zeros(5))
     for numbers, found, (fewest, most) in zip(given, made, counts, strict=True):
         a, b, c, d = (whole_of(*each) for each in numbers)
         one, two = ([set(range(i, j)) for i in firsts for j in lasts] for firsts, lasts in ((a, b), (c, d)))
@@ -97,6 +97,6 @@ def test_sectors_of_unknown_numbers_are_unknown():
     given = np.zeros((1, 4, 2))
     given[0, :2, 1] = UNKNOWN
     made, counts = np.zeros((1, 8, 2), np.uint32), np.zeros((1, 2))
-    of_balls(given, made, counts, 0.0)
+    of_balls(given, made, counts, np.zeros(5))
     assert made[0, 0].tolist() == [0, 2**MOST - 1]
     assert counts[0].tolist() == [0, MOST]

@@ -7,9 +7,10 @@ import numpy as np
 from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.look_up import holds_place
 from lfssao.ao.kernels.moments import filtered_moments
-from lfssao.ao.kernels.texel_rays import point_at
+from lfssao.ao.kernels.texel_rays import bare_rays, point_at
 from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.functions import arc_cosine
+from lfssao.core.intrinsics import memory_of
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import as_float, formula, number, plain, select, unless_none, where_none
 from lfssao.core.places import affine_rows, linear_rows
@@ -178,7 +179,7 @@ class FloatView(NamedTuple):
         return float_vector(self.directions, texel)
 
     def turn(self, texel):
-        return as_float(self.turns[0, texel]), as_float(self.turns[1, texel])
+        return as_float(self.turns[0][texel]), as_float(self.turns[1][texel])
 
     def noise(self, texel):
         x, y = self.turn(texel)
@@ -262,6 +263,17 @@ class FloatView(NamedTuple):
 
     def depth_along(self, direction):
         return linear_rows(self.rows, direction).z
+
+
+@formula
+def bare_view(view):
+    """A view whose textures and numbers are bare memory, as which kernels read it."""
+    return FloatView(
+        memory_of(view.depth), memory_of(view.surfaces), memory_of(view.positions), memory_of(view.normals),
+        memory_of(view.directions), (memory_of(view.turns[0]), memory_of(view.turns[1])), view.kind,
+        memory_of(view.rows), memory_of(view.lens), memory_of(view.axes), view.width, view.moments_of, view.divides,
+        bare_rays(view.rays), view.levels, view.look, memory_of(view.third),
+    )  # fmt: skip
 
 
 @formula

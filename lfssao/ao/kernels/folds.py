@@ -6,7 +6,7 @@ ends of a direction, and for each of its steps one of the texels where they land
 
 import numpy as np
 
-from lfssao.ao.kernels.float_view import adds, texel_of_look
+from lfssao.ao.kernels.float_view import adds, bare_view, texel_of_look
 from lfssao.ao.kernels.look_up import linear_of, look_up, seen_at
 from lfssao.ao.kernels.spans import CHUNK, next_span
 from lfssao.ao.kernels.sums import finish_texels
@@ -32,7 +32,7 @@ def _begin_direction(kind, view, estimator, s, column, row, n, like, ways, state
 
     The second direction of a pair keeps the states.
     """
-    (across, down), dtype = ways, view.rows.dtype.type
+    (across, down), dtype = ways, ways[0].dtype.type
     half, nothing, anew = dtype(0.5), dtype(np.nan), s % estimator.sides == 0
     for i in range(n):
         here = get(slots, i, like)
@@ -75,7 +75,7 @@ def _keep(linear, ends, i, u, v):
 @kernel(inline=True)
 def _take_step(view, estimator, s, step, first, n, size, like, ends, texels, inside, states, totals, slots):
     """Add what the surfaces of n texels' steps add, and raise the states."""
-    dtype = view.rows.dtype.type
+    dtype = totals.dtype.type
     zero, k = dtype(0), as_float(dtype(step))
     for i in range(n):
         state, there = as_float(states[i]), inside[i] != 0
@@ -100,6 +100,7 @@ def fold_steps(begin, stop, view, estimator, occlusion, outside):
     It is 0 where there is no surface, and where the texel does not count. outside: (H,), out: steps of each row outside
     the texture, or of a direction whose end has no image; they add nothing.
     """
+    view = bare_view(view)
     size, fractions, count = occlusion.shape, occlusion.reshape(-1), estimator.points.shape[0]
     width, dtype = size[1], occlusion.dtype
     slots, missed, totals = _slots(dtype), scratch(np.int32), scratch(dtype)

@@ -7,7 +7,7 @@ tiles, so that the surface on which turned samples of neighbours land far apart 
 
 import numpy as np
 
-from lfssao.ao.kernels.float_view import adds, landed, shown, texel_of_look, with_kind
+from lfssao.ao.kernels.float_view import adds, bare_view, landed, shown, texel_of_look, with_kind
 from lfssao.ao.kernels.look_up import look_up, seen_at
 from lfssao.ao.kernels.spans import CHUNK, next_span
 from lfssao.core.intrinsics import get, put, scratch, texel_slots
@@ -55,7 +55,7 @@ def start_texels(moments_of, view, estimator, first, n, slots):
 def _place_sample(kind, view, estimator, s, n, like, places, slots):
     """Image points u, v, u NaN where there is none, and z of sample s of n texels."""
     us, vs, zs = places
-    nothing = view.rows.dtype.type(np.nan)
+    nothing = us.dtype.type(np.nan)
     for i in range(n):
         place = estimator.place(view, get(slots, i, like), s)
         u, v, valid = image_of(kind, view.lens, place.u, place.v, place.q, place.z)
@@ -79,6 +79,7 @@ def sum_samples(begin, stop, view, estimator, occlusion, outside):
 
     outside: (H,), out: samples of each row outside the texture or the mapping's domain; they add nothing.
     """
+    view = bare_view(view)
     size, fractions, count = occlusion.shape, occlusion.reshape(-1), estimator.points.shape[0]
     width, dtype = size[1], occlusion.dtype
     slots, missed, totals = _slots(dtype), scratch(np.int32), scratch(dtype)

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.core.numbers import formula, known, line, number
+from lfssao.core.intrinsics import memory_of
+from lfssao.core.numbers import formula, known, line, number, unless_none
 from lfssao.core.places import affine
 from lfssao.core.vectors import Vector
 
@@ -33,6 +34,17 @@ class TexelRays(NamedTuple):
     world: np.ndarray
     units: np.ndarray
     origin: float
+
+
+@formula
+def _bare(rays):
+    return TexelRays(memory_of(rays.numbers), rays.table, memory_of(rays.world), memory_of(rays.units), rays.origin)
+
+
+@formula
+def bare_rays(rays: Any) -> Any:
+    """Rays whose numbers are bare memory, or None of None."""
+    return unless_none(rays, None, _bare, ())
 
 
 @formula

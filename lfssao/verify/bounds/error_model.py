@@ -39,6 +39,8 @@ float32, N, and texture look-ups at the floor of a coordinate.
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from lfssao.errors import check_choice
 from lfssao.verify.bounds.kernels.images import Errors
 
@@ -75,9 +77,8 @@ class ErrorModel:
     @property
     def errors(self) -> Errors:
         """The numbers as kernels take them."""
-        return Errors(
-            self.operation, self.quotient, self.root, self.offset, self.coordinate, self.angle, *self.exponential
-        )
+        model = np.array([self.operation, self.quotient, self.root, *self.exponential])
+        return Errors(self.operation, self.quotient, self.root, self.offset, self.coordinate, self.angle, model)
 
 
 _MODELS = (

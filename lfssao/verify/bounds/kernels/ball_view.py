@@ -8,17 +8,18 @@ from lfssao.ao.estimators.sao.kernels.reconstruct import face_normal
 from lfssao.ao.kernels.float_view import all_show, is_other, row_of_texel
 from lfssao.ao.kernels.levels import level_texel, mip_level
 from lfssao.ao.kernels.look_up import corners_in
-from lfssao.ao.kernels.texel_rays import on_ray, point_at
+from lfssao.ao.kernels.texel_rays import bare_rays, on_ray, point_at
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_between
 from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.doubts import Doubt
 from lfssao.core.functions import arc_cosine_of_ball
+from lfssao.core.intrinsics import memory_of
 from lfssao.core.numbers import formula, number, unless_none, where_none, within
 from lfssao.core.places import image_or, offset_spot, point_spot, row_of
 from lfssao.core.vectors import Vector, dot
 from lfssao.optics.kernels.projection import image_of
 from lfssao.samples.kernels.spiral import summed_angle, unit_of
-from lfssao.verify.bounds.kernels.images import certain, linear_room
+from lfssao.verify.bounds.kernels.images import bare_errors, certain, linear_room
 from lfssao.verify.bounds.kernels.moment_balls import filtered_balls
 
 LOOK = 2.0**-20  # how far a coordinate of a viewing direction may be off
@@ -190,7 +191,7 @@ class BallView(NamedTuple):
         return _vector(self, self.directions, texel, LOOK)
 
     def turn(self, texel):
-        return self.ball(self.turns[0, texel], 0.0), self.ball(self.turns[1, texel], 0.0)
+        return self.ball(self.turns[0][texel], 0.0), self.ball(self.turns[1][texel], 0.0)
 
     def noise(self, texel):
         x, y = self.turn(texel)
@@ -202,7 +203,7 @@ class BallView(NamedTuple):
 
     def turn_by_angle(self, texel):
         off = self.by.angle if self.turned else 0.0
-        return self.ball(self.turns[0, texel], off), self.ball(self.turns[1, texel], off)
+        return self.ball(self.turns[0][texel], off), self.ball(self.turns[1][texel], off)
 
     def sine_of_angle(self, x):
         return self.ball(x, self.by.angle)
@@ -299,9 +300,11 @@ class BallView(NamedTuple):
 
 @formula
 def answering(view, asked):
-    """A view whose conditions in doubt are answered by an array of one's own."""
+    """A view of bare memory, as which kernels read it, whose conditions in doubt are answered by an array of theirs."""
     return BallView(
-        view.depth, view.positions, view.normals, view.directions, view.turns, view.kind, view.rows, view.lens,
-        view.axes, view.width, view.low, view.high, view.by, view.turned, view.moments_of, view.divides, asked,
-        view.rays, view.levels, view.remade, view.faces, view.look, view.third,
+        memory_of(view.depth), memory_of(view.positions), memory_of(view.normals), memory_of(view.directions),
+        (memory_of(view.turns[0]), memory_of(view.turns[1])), view.kind, memory_of(view.rows), memory_of(view.lens),
+        memory_of(view.axes), view.width, view.low, memory_of(view.high), bare_errors(view.by), view.turned,
+        view.moments_of, view.divides, asked, bare_rays(view.rays), view.levels, view.remade, view.faces, view.look,
+        memory_of(view.third),
     )  # fmt: skip

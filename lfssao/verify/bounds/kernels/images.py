@@ -5,8 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.core.balls import SAFETY, Ball, ball_of
+from lfssao.core.intrinsics import memory_of
 from lfssao.core.jit import kernel
-from lfssao.core.numbers import number
+from lfssao.core.numbers import formula, number
 from lfssao.core.places import point_spot, row_of_spot
 from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.projection import MATRIX, image_of
@@ -15,7 +16,7 @@ from lfssao.optics.kernels.projection import MATRIX, image_of
 class Errors(NamedTuple):
     """Errors of a model: relative ones of + - *, quotients, roots and offsets R s, of look-ups, texels, and of sines.
 
-    constant, slope: relative ones of exp(x), and times abs(x).
+    model: (5,) float64, those of balls: of + - *, quotients, roots, and of exp(x), and times abs(x).
     """
 
     operation: float
@@ -24,8 +25,13 @@ class Errors(NamedTuple):
     offset: float
     coordinate: float
     angle: float
-    constant: float = 0.0
-    slope: float = 0.0
+    model: np.ndarray
+
+
+@formula
+def bare_errors(by):
+    """Errors whose model is bare memory."""
+    return Errors(by.operation, by.quotient, by.root, by.offset, by.coordinate, by.angle, memory_of(by.model))
 
 
 class Projected(NamedTuple):
@@ -41,7 +47,7 @@ class Projected(NamedTuple):
 @kernel(inline=True)
 def certain(x, by):
     """A number that every renderer has, a ball of the model ``by``, which may be a ball."""
-    return ball_of(np.float64(x), 0.0, by.operation, by.quotient, by.root, by.constant, by.slope)
+    return ball_of(np.float64(x), 0.0, by.model)
 
 
 @kernel(inline=True)

@@ -19,8 +19,8 @@ LARGE = 2.0**126
 class BallType(types.Type):  # type: ignore[misc]
     """A ball, with the memory of its error model: relative errors of + - *, quotients, roots, and two of exp.
 
-    exp(x) is off by ``constant`` and by ``slope`` abs(x). Three values in place of seven make intervals of hbao
-    take 0.9 of the time.
+    exp(x) is off by ``constant`` and by ``slope`` abs(x). A pointer in place of five numbers makes intervals
+    compile in 0.7 of the time (benchmarks/README.md).
     """
 
     def __init__(self):
@@ -53,7 +53,7 @@ ball = BallType()
 
 @intrinsic
 def ball_of(_typing, value, error, model):
-    """Value +- error, in the error model of these five numbers, an array that must outlive the ball, or its memory."""
+    """Value +- error, in an error model of five numbers: an array that must outlive the ball, or its memory."""
 
     def make(context, builder, signature, arguments):
         made, kind = cgutils.create_struct_proxy(ball)(context, builder), signature.args[2]

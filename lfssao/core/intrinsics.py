@@ -71,9 +71,9 @@ def element(_typing: Any, array: Any, number: Any) -> Any:
 def memory_of(_typing: Any, array: Any) -> Any:
     """The numbers of a flat array without its owner, length and stride, for look-ups; None of None.
 
-    An array is seven values of LLVM, which numba hands on from call to call, and counts its readers. Kernels of sums
-    and steps compile in 0.77 of the time by it, and are as fast [bench_estimators]. The array must outlive the kernel,
-    and nobody asks whether an index is inside: where numba shall, with NUMBA_BOUNDSCHECK=1, it is the array itself.
+    numba hands an array on as seven values and counts its readers. Float kernels compile in about three quarters of the
+    time by this, and are as fast (benchmarks/README.md). The array must outlive the kernel. Indices are not checked;
+    with NUMBA_BOUNDSCHECK=1, by which numba checks them, this returns the array itself.
     """
     if isinstance(array, types.NoneType):
         return array(array), lambda context, *_: context.get_dummy_value()

@@ -267,7 +267,7 @@ class FloatView(NamedTuple):
 
 @formula
 def bare_view(view):
-    """A view whose textures and numbers are bare memory, as which kernels read it."""
+    """The view with its textures and numbers as bare memory."""
     return FloatView(
         memory_of(view.depth), memory_of(view.surfaces), memory_of(view.positions), memory_of(view.normals),
         memory_of(view.directions), (memory_of(view.turns[0]), memory_of(view.turns[1])), view.kind,

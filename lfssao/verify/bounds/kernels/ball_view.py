@@ -300,7 +300,7 @@ class BallView(NamedTuple):
 
 @formula
 def answering(view, asked):
-    """A view of bare memory, as which kernels read it, whose conditions in doubt are answered by an array of theirs."""
+    """The view with its textures as bare memory, whose conditions in doubt are answered by the kernel's own array."""
     return BallView(
         memory_of(view.depth), memory_of(view.positions), memory_of(view.normals), memory_of(view.directions),
         (memory_of(view.turns[0]), memory_of(view.turns[1])), view.kind, memory_of(view.rows), memory_of(view.lens),

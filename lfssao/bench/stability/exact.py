@@ -36,16 +36,17 @@ _MOST = 32  # texels that an image point may lie in; of more nothing is known
 
 
 class _Table:
-    """An array whose elements are numbers of an arithmetic."""
+    """An array whose elements are numbers of an arithmetic, and whose rows are such arrays."""
 
     def __init__(self, array: NDArray[Any], work: Arithmetic) -> None:
         self._array, self._work = array, work
-        self._made: dict[Any, Tracked] = {}
+        self._made: dict[Any, Any] = {}
         self.shape = array.shape
 
-    def __getitem__(self, index: Any) -> Tracked:
+    def __getitem__(self, index: Any) -> Any:
         if index not in self._made:
-            self._made[index] = self._work.given(self._array[index])
+            x = self._array[index]
+            self._made[index] = _Table(x, self._work) if isinstance(x, np.ndarray) else self._work.given(x)
         return self._made[index]
 
 

@@ -31,6 +31,7 @@ COMMANDS = {
     "kit": "write reference cases for a renderer in another language",
     "compare": "another renderer's textures against a reference",
     "agree": "how far views differ in the occlusion of the surface that they share",
+    "check": "whether this machine makes the bits that lfssao makes elsewhere",
     "samples": "make, check and draw sample sets",
     "bench": "measure errors, stability and time",
 }

@@ -1,7 +1,7 @@
 """Inputs for kernels whose bits the golden textures do not show, and the SHA-256 of each output.
 
-As a program it prints a JSON object: for each group of kernels its digests with one thread and with two, and those of
-the golden textures with two.
+As a program it prints a JSON object: for each group of kernels its digests with one thread and with two, those of the
+golden textures with two, and the faults of the code of each kernel that it compiled for them.
 """
 
 import gc
@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import analytic_scenes
 import golden
+import machine_code
 import numba
 import numpy as np
 
@@ -182,4 +183,6 @@ def digests(group, threads):
 if __name__ == "__main__":
     assert numba.config.NUMBA_NUM_THREADS >= 2
     gc.set_threshold(100_000, 50, 50)  # as in the tests' own processes
-    print(json.dumps({group: [digests(group, 1), digests(group, 2)] for group in GROUPS} | {"golden": golden.made()}))
+    made = {group: [digests(group, 1), digests(group, 2)] for group in GROUPS} | {"golden": golden.made()}
+    print(json.dumps({**made, "code": {name: sorted(machine_code.faults(code))
+                                       for name, code in machine_code.compiled_kernels()}}))  # fmt: skip

@@ -6,6 +6,7 @@ import functools
 import importlib
 import inspect
 import json
+import math
 import pkgutil
 import re
 import subprocess
@@ -14,6 +15,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import batch
+import machine_code
 import numba
 import pytest
 from golden import GOLDEN
@@ -299,11 +301,43 @@ def test_all_names_resolve_and_are_described():
 # Equal bits
 
 
+@numba.njit(fastmath=True)
+def fused(x, y):
+    return x * y + x
+
+
+@numba.njit
+def sine(x):
+    return math.sin(x)
+
+
+@numba.njit
+def remainder(x, y):
+    return x % y
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "fault"),
+    [(fused, (1.0, 2.0), "fmul fast"), (sine, (1.0,), "llvm.sin.f64"), (remainder, (1.0, 2.0), "frem")],
+)
+def test_loose_arithmetic_and_libm_are_seen_in_code(function, arguments, fault):
+    function(*arguments)
+    (code,) = function.inspect_llvm().values()
+    assert fault in machine_code.faults(code)
+
+
 @pytest.mark.slow
-def test_results_do_not_depend_on_threads_or_cpu(generic_cpu):
-    """One and two threads, on this CPU's best instructions and on those that every CPU of its kind has."""
-    generic = json.loads(python(batch.__file__, **generic_cpu).stdout)
+def test_results_do_not_depend_on_threads_or_cpu(generic_cpu, tmp_path):
+    """One and two threads, on this CPU's best instructions and on those that every CPU of its kind has.
+
+    The other process compiles all anew, as the code of kernels that are read from disk cannot be looked at: no kernel
+    of it fuses or reorders arithmetic, or calls libm.
+    """
+    generic = json.loads(python(batch.__file__, **generic_cpu, NUMBA_CACHE_DIR=str(tmp_path)).stdout)
     assert generic.pop("golden") == json.loads(GOLDEN.read_text())
+    code = generic.pop("code")
+    assert len(code) > 300
+    assert {name: faults for name, faults in code.items() if faults} == {}
     for group, (one_generic, two_generic) in generic.items():
         one = batch.digests(group, 1)
         most = batch.digests(group, numba.config.NUMBA_NUM_THREADS)

@@ -12,7 +12,8 @@ from lfssao.core.jit import RowKernel
 _ALLOWED = re.compile(
     r"_?Py\w+|NRT_\w+|numba_\w+|sqrtf?"
     r"|llvm\.(sqrt|fabs|floor|ceil|trunc|rint|copysign|abs|[su]min|[su]max|ct(lz|tz|pop)|masked\.\w+|mem(set|cpy|move)"
-    r"|lifetime\.\w+|assume|expect|is\.fpclass|vector\.reduce\.(and|or|xor|add|[su]min|[su]max)|\w+\.with\.overflow|x86\.atomic\.\w+"
+    r"|lifetime\.\w+|assume|expect|is\.fpclass|bitreverse|bswap|vector\.reduce\.(and|or|xor|add|[su]min|[su]max)"
+    r"|\w+\.with\.overflow|x86\.atomic\.\w+"
     r"|experimental\.noalias\.scope\.decl)(\.[\w.]+)?"
 )
 # Flags that let a compiler reorder or fuse arithmetic, and the remainder, which libm computes.

@@ -12,7 +12,7 @@ from lfssao.core.files import write_text, write_whole
 from lfssao.errors import InputError, errors_of
 from lfssao.rendering.points import Texture, Values
 from lfssao.verify.agree.measure import LIMIT, Disagreement, Shared, disagreement, share_points
-from lfssao.verify.agree.split import Split, estimated, has_seed, other_samples, split
+from lfssao.verify.agree.split import Alike, Split, estimated, has_seed, other_samples, split
 from lfssao.verify.agree.views import Renderer, open_folders, read_views
 
 
@@ -94,8 +94,9 @@ def _agree(options: argparse.Namespace) -> None:
         print(printable(line))
     square = found["reference"].rms ** 2
     if parts is not None and square > 0:
-        shares = f"{100 * parts.noise / square:.1f} % noise of samples, {100 * parts.rest / square:.1f} % the rest"
-        print(f"the reference's squared differences are {shares}")
+        named = {"noise of samples": parts.noise, "missing surface": parts.missing, "the rest": parts.rest}
+        shares = [f"{100 * part / square:.1f} % {name}" for name, part in named.items() if part is not None]
+        print(f"the reference's squared differences are {', '.join(shares)}")
     if noise is not None:
         print(f"rays: noise of their own has an RMS of {noise:.4f}")
 
@@ -106,7 +107,12 @@ def _split(shared: Shared, own: Sequence[Texture]) -> Split | None:
         return None
     with progress(shared.views, desc="other seed", unit="view") as bar:
         others = [estimated(seen, other_samples(seen), 1) for seen in bar]
-    return split(shared, own, others)
+    alike = Alike(shared)
+    if not alike.known:
+        return split(shared, own, others)
+    with working("parts"):
+        made = alike.values(own, None, 0), alike.values(others, other_samples(shared.views[0]), 1)
+    return split(shared, own, others, made)
 
 
 def _cast(shared: Shared, mesh: str | None) -> tuple[Values, float]:

@@ -10,10 +10,12 @@ from jobs import edit, manifest_of, render, sentence
 from PIL import Image
 
 from lfssao import read_exr, write_exr
+from lfssao.ao.reference import occluded_fraction
 from lfssao.cli.main import main
 from lfssao.rendering.manifest import digest
+from lfssao.samples import texel_turns
 from lfssao.verify.agree.measure import disagreement, share_points
-from lfssao.verify.agree.split import estimated, has_seed, other_samples, split
+from lfssao.verify.agree.split import Alike, estimated, has_seed, other_samples, split
 from lfssao.verify.agree.truth import Truth, noise
 from lfssao.verify.agree.views import open_folders, read_views
 
@@ -251,15 +253,65 @@ def test_the_disagreement_of_a_tilted_wall_is_noise_of_samples(tmp_path, capsys)
     found = json.loads(agree(tmp_path, render(tmp_path / "made", room, *WORDS, "--radii", "0.5", "--guard", "10")))
     parts, rms = found["parts_of_reference"], found["disagreement"]["reference"]["rms"]
     assert rms > 0.1
-    assert parts["noise"] + parts["rest"] == pytest.approx(rms**2, rel=1e-12)
+    assert sum(parts.values()) == pytest.approx(rms**2, rel=1e-12)
     assert abs(parts["rest"]) < 0.07 * rms**2
+    assert abs(parts["missing"]) < 0.01 * rms**2
     assert "% noise of samples" in capsys.readouterr().out
 
 
-def test_the_disagreement_at_borders_is_no_noise(rooms, tmp_path):
+def test_the_disagreement_at_borders_is_no_noise(rooms, tmp_path, capsys):
     """Turns about z change nothing on a wall z = 0 but for samples that leave the texture, which the other eye sees."""
     found = json.loads(agree(tmp_path, rooms / "wall"))
-    assert found["parts_of_reference"]["rest"] > 0.1 * found["disagreement"]["reference"]["rms"] ** 2
+    parts, square = found["parts_of_reference"], found["disagreement"]["reference"]["rms"] ** 2
+    assert parts["missing"] + parts["rest"] > 0.1 * square
+    assert parts["missing"] > 0.05 * square
+    assert sum(parts.values()) == pytest.approx(square, rel=1e-12)
+    assert f"{100 * parts['missing'] / square:.1f} % missing surface, " in capsys.readouterr().out
+
+
+def test_what_a_card_hides_of_a_wall_is_missing_surface(rooms, tmp_path):
+    """Each eye finds samples before the wall behind the card, which are in the open for the other eye."""
+    words = [*WORDS[:-2], "--radii", "0.5", "--guard", "10", "--samples", "16"]
+    for name, least, most in (("card", 0.2, 0.5), ("wall", 0.0, 0.01)):
+        folder = render(tmp_path / name, str(rooms / f"{name}.obj"), *words)
+        found = json.loads(agree(tmp_path, folder))
+        square = found["disagreement"]["reference"]["rms"] ** 2
+        assert least * square <= found["parts_of_reference"]["missing"] <= most * square
+
+
+@pytest.mark.parametrize("words", [["--guard", "1"], ["--estimator", "point"]])
+def test_the_same_samples_are_looked_up_in_the_other_eyes_depth(rooms, tmp_path, words):
+    """By Algorithm 2 as it is printed, of points with the turns of the texels that they come from."""
+    layers = ["--layers", "depth,positions,normals,ao"]
+    folder = render(tmp_path / "made", str(rooms / "card.obj"), *WORDS, "--radii", "0.5", *layers, *words)
+    views = read_views(open_folders([folder], "ao_1"), None)
+    shared = share_points(views)
+    assert Alike(shared).known
+    own = [seen.arrays["ao_1"] for seen in views]
+    values = Alike(shared).values(own, None, 0)
+    np.testing.assert_array_equal(np.isfinite(values), np.stack(shared.places) >= 0)
+    settings = manifest_of(folder)["settings"]
+    size = views[0].view.height, views[0].view.width
+    turns = texel_turns("hash", *size, settings["rotation_seed"], np.dtype(np.float32))
+    checked = 0
+    for n in range(0, len(shared.points), 7):
+        k = shared.owners[n]
+        row, column = (x + views[0].view.guard for x in divmod(int(shared.places[k][n]), 48))
+        other = views[1 - k]
+        depth = next(layer.texture for layer in other.layers if layer.name == "depth")
+        given = shared.points[n].astype(np.float32), other.view.world_to_image, settings["samples"], 0.5
+        checked += float(occluded_fraction(depth, *given, turns[:, row, column])) == values[1 - k, n]
+        assert values[k, n] == own[k].reshape(-1)[shared.places[k][n]]
+    assert checked >= 0.98 * len(range(0, len(shared.points), 7))  # ties are of the order of sums
+
+
+def test_estimators_that_make_points_of_depth_tell_no_missing_surface(rooms, tmp_path):
+    words = ["--estimator", "sao", "--rotate", "hash", "--radii", "0.5", "--layers", "depth,positions,normals,ao"]
+    folder = render(tmp_path / "made", str(rooms / "card.obj"), *WORDS[:-2], *words)
+    found = json.loads(agree(tmp_path, folder))
+    parts, rms = found["parts_of_reference"], found["disagreement"]["reference"]["rms"]
+    assert parts.pop("missing") is None
+    assert sum(parts.values()) == pytest.approx(rms**2, rel=1e-12)
 
 
 def test_the_parts_of_known_noise_are_found(wall):
@@ -269,7 +321,20 @@ def test_the_parts_of_known_noise_are_found(wall):
     own, others = draw + np.reshape([0.25, 0.0], (2, 1, 1))
     parts = split(share_points(views), own, others)
     assert parts.noise == pytest.approx(2 * 0.1**2, rel=0.1)
+    assert parts.missing is None
     assert parts.rest == pytest.approx(0.25**2, rel=0.1)
+
+
+def test_the_parts_of_known_values_are_found(wall):
+    """The left view is 0.5 above the right one, and by the same samples 0.25 with one seed and 0.125 with the other."""
+    views = read_views(open_folders([wall], "ao_1"), None)
+    shared = share_points(views)
+    own, others = ([np.full((40, 48), each) for each in pair] for pair in ((0.75, 0.25), (0.5, 0.0)))
+    seen = np.where(np.stack(shared.places) >= 0, 1.0, np.nan)
+    parts = split(shared, own, others, (seen * [[0.25], [0.0]], seen * [[0.125], [0.0]]))
+    assert parts.missing == 0.25 * 0.125
+    assert parts.rest == 0.5 * 0.5 - 0.25 * 0.125
+    assert parts.noise == 0.0
 
 
 def test_a_picture_of_the_points(wall, tmp_path):

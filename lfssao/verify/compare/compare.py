@@ -33,7 +33,7 @@ from lfssao.verify.judge import judging
 from lfssao.verify.verdict import WRONG, Flags, Judgement, Verdict, equal_bits
 
 if TYPE_CHECKING:
-    from lfssao.verify.compare.diagnoser import Diagnoser
+    from lfssao.verify.compare.diagnoser import Diagnoser, Views
     from lfssao.verify.compare.page.textures import Textures
 
 _AT_ONCE = 2  # layers whose figures are made: NumPy and scikit-image use one core each
@@ -132,7 +132,8 @@ def _check_words(argument: str, words: object) -> None:
 class Comparison:
     """A comparison that is given its modules one by one; it keeps figures, and pictures of one module.
 
-    Its arguments and errors are those of ``compare``; ``modules`` are the names of those to be added.
+    Its arguments and errors are those of ``compare``; ``modules`` are the names of those to be added. ``more`` are
+    views of other folders, in which causes are searched as in the reference's own (``Diagnoser``).
     """
 
     def __init__(
@@ -151,6 +152,7 @@ class Comparison:
         stored: Mapping[str, str] | None = None,
         files: Files = (),
         background: float | None = None,
+        more: "Views | None" = None,
     ) -> None:
         if exact and tolerance:
             raise InputError("--exact asks for equal bits: it goes without --fail and --fail-percent")
@@ -168,7 +170,7 @@ class Comparison:
                 raise InputError(f"--mesh: {reference} is not what 'lfssao render' writes, its views are not known")
             _ = self._surface.mesh  # refused before anything is compared
         self._neighbours = Neighbours(self._reference, self._mine, self._storage, self._surface, background)
-        self._diagnosis = diagnosis
+        self._diagnosis, self._more = diagnosis, more
         self._diagnoser: Diagnoser | None = None  # made for the first wrong texture
         self._results: list[Result] = []
         self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
@@ -333,7 +335,7 @@ class Comparison:
         if self._diagnoser is None:
             from lfssao.verify.compare.diagnoser import Diagnoser  # late: what conforms needs no search
 
-            self._diagnoser = Diagnoser(self._reference, self._model, self._surface)
+            self._diagnoser = Diagnoser(self._reference, self._model, self._surface, self._more)
         return self._diagnoser
 
     def _power(self, name: str, mine: Arrays, case: Case, judged: Judgement, own: Layer, right: Layer) -> Power | None:

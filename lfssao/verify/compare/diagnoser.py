@@ -1,9 +1,9 @@
 """Diagnoses of a comparison's modules, one after the other: what explains one texture is tried first on the next."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 from numpy.typing import NDArray
@@ -26,17 +26,27 @@ from lfssao.verify.diagnosis.views import Sight, sight_of
 from lfssao.verify.judge import inputs_of
 from lfssao.verify.verdict import Judgement
 
-_MOST_MODULES = 6  # whose depth is tried: each takes a file to read
+Views = dict[str, tuple[Reference, str]]
+
+_MOST_MODULES = 6  # whose textures are tried: each takes a file to read
 
 
 class Diagnoser:
-    """Diagnoses of the wrong textures of a reference's modules."""
+    """Diagnoses of the wrong textures of a reference's modules.
 
-    def __init__(self, reference: Reference, model: ErrorModel, surface: Surface | None) -> None:
+    ``more`` are views of other folders, by the names that they are told by, each with its folder and its name there.
+    """
+
+    def __init__(
+        self, reference: Reference, model: ErrorModel, surface: Surface | None, more: Views | None = None
+    ) -> None:
         self._surface = surface
         self._reference, self._model = reference, MODELS["nearest"] if model.exact else model
-        self._names = list(reference.files)
+        own = sorted(reference.files)
+        self._views: Views = {**{name: (reference, name) for name in own}, **(more or {})}
+        self._names = sorted(self._views) if more else own
         self._opposite = dict(zip(self._names, reversed(self._names), strict=True))  # modules in reverse order
+        self._layers = lru_cache(maxsize=2 * _MOST_MODULES)(self._read)
         self._found: dict[str, list[Candidate]] = defaultdict(list)  # that explain a stage, the first first
         self._shared: Counter[Candidate] = Counter()  # numbers of the view, by the textures that they explain
         self._given_up: set[str] = set()  # stages in which nothing fitted
@@ -70,7 +80,8 @@ class Diagnoser:
             stored,
             display=self._place(module),
             others={words: self._sights[other] for words, other in self._others(module).items()},
-            depths=lambda: dict(self._depths(module)),
+            textures=lambda layer: dict(self._textures(module, layer, case)),
+            places=self._places(module, case),
             caster=partial(self._caster, module),
             sampling=(self._reference.manifest or {}).get("sampling") or {},
             channel=channel,
@@ -118,10 +129,10 @@ class Diagnoser:
     def _sights(self) -> dict[str, Sight]:
         """How each module sees the scene."""
         made = {}
-        for name in self._names:
-            view = described_view(self._reference.described(name).parameters)
-            display, index = self._place(name) or (None, None)
-            made[name] = sight_of(view, display, index)
+        for words, (reference, name) in self._views.items():
+            view = described_view(reference.described(name).parameters)
+            place = self._place(name) if reference is self._reference else None
+            made[words] = sight_of(view, *(place or (None, None)))
         return made
 
     def _others(self, module: str) -> dict[str, str]:
@@ -132,16 +143,35 @@ class Diagnoser:
         reverse = self._opposite[module] == other and len(self._names) > 2  # of two eyes it is the other one
         return f"{other} ({other.partition('_')[0]}s in reverse order)" if reverse else other
 
-    def _depths(self, module: str) -> Iterator[tuple[str, NDArray[Any]]]:
-        """Depth of the module in this one's place in reverse order, and of the nearest."""
+    def _textures(self, module: str, layer: str, case: Case) -> Iterator[tuple[str, NDArray[Any]]]:
+        """A layer of the module in this one's place in reverse order, and of the nearest, of its own one's size."""
         others = [name for name in self._names if name != module]
         place = self._names.index
         others.sort(key=lambda other: (other != self._opposite[module], abs(place(other) - place(module))))
         for other in others[:_MOST_MODULES]:
-            with suppress(InputError):  # a file that cannot be read is no candidate
-                for layer in layers_of(read_image_file(self._reference.files[other])):
-                    if layer.name == "depth":
-                        yield f"the depth of {self._words(module, other)}", layer.texture
+            texture = self._layers(other).get(layer)
+            if texture is not None and layer in case.outputs and texture.shape == case.outputs[layer].shape:
+                yield self._words(module, other), texture
+
+    def _read(self, words: str) -> Mapping[str, NDArray[Any]]:
+        """All layers of a view; none of a file that cannot be read, which is no candidate."""
+        reference, name = self._views[words]
+        with suppress(InputError):
+            return {layer.name: layer.texture for layer in layers_of(read_image_file(reference.files[name]))}
+        return {}
+
+    def _places(self, module: str, case: Case) -> dict[str, tuple[int, int]]:
+        """Columns and rows at which a view lies in one texture of all, by how they are laid out."""
+        view, k = case.parameters["view"], self._names.index(module)
+        width, height = view["width"], view["height"]
+        made = {"side by side": (k * width, 0), "one above the other": (0, k * height)}
+        quilt = (self._reference.manifest or {}).get("quilt")
+        if quilt is not None:
+            with suppress(ValueError, TypeError, KeyError):
+                columns, rows = int(quilt["columns"]), int(quilt["rows"])
+                number = int(module.rpartition("_")[2])
+                made["of a quilt"] = (number % columns * width, (rows - 1 - number // columns) * height)
+        return {layout: place for layout, place in made.items() if place != (0, 0)}
 
 
 def _number(module: str) -> int:

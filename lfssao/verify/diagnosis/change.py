@@ -22,6 +22,7 @@ Values = tuple[float, ...]
 Function = Callable[[FloatArray], FloatArray]
 
 
+ALIKE = 2e-5  # by which another renderer's sums in float32 are off
 OUTSIDE = "samples outside the texture"  # begins the names of changes of the border
 # Rules by which a texel inside stands for one outside.
 INSIDE = {
@@ -39,6 +40,11 @@ def hold(places: Places, size: int, border: str) -> Places:
     return np.clip(places, 0, size - 1) if rule == look_up.CLAMP else np.asarray(hold_place(places, size, rule))
 
 
+def no_textures(layer: str) -> Mapping[str, NDArray[Any]]:
+    """Textures of a layer of other views where there are none."""
+    return {}
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Problem:
     """K texels of a texture, and what the reference, or a change of it, allows them to be."""
@@ -54,6 +60,9 @@ class Problem:
     floored: Callable[[FloatArray, FloatArray], Any] | None = None  # the same of codes that are cut, not rounded
     # ``flipped(across, down)``: the same numbers held against the texels from the right, or from below
     flipped: Callable[[bool, bool], Any] | None = None
+    # Other views' values at the same texels, of the shape of ``mine``, by the view
+    elsewhere: Callable[[], Mapping[str, FloatArray]] = dict
+    given: FloatArray | None = None  # values of the shape of ``mine`` that are right in place of those made
     whole: ClassVar[bool] = False  # whether each trial makes a whole texture
     counts: ClassVar[bool] = False  # whether values are counts, which have steps
     # Cached properties, and the fields that they do not depend on.
@@ -73,7 +82,8 @@ class Problem:
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """Smallest and largest values that are right."""
-        one, other = (self.value(end) for end in self.ends())
+        ends = self.ends() if self.given is None else (self.given - ALIKE, self.given + ALIKE)
+        one, other = (self.value(end) for end in ends)
         return np.minimum(one, other), np.maximum(one, other)
 
     def seen_by(self, sight: Any) -> "Problem | None":

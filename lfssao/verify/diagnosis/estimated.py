@@ -25,7 +25,20 @@ from lfssao.verify.bounds.bounds import Bounds, FloatArray
 from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import point_bounds
-from lfssao.verify.diagnosis.change import FACTOR, OUTSIDE, Axis, Change, Places, Problem, fixed, late, plain, scaled
+from lfssao.verify.diagnosis.change import (
+    ALIKE,
+    FACTOR,
+    OUTSIDE,
+    Axis,
+    Change,
+    Places,
+    Problem,
+    fixed,
+    late,
+    no_textures,
+    plain,
+    scaled,
+)
 from lfssao.verify.diagnosis.look_ups import of_borders
 from lfssao.verify.diagnosis.post import half, of_texture
 from lfssao.verify.diagnosis.sampling import (
@@ -40,8 +53,9 @@ from lfssao.verify.diagnosis.spiral import of_taps
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 
-ROOM = 2e-5  # by which sums of a renderer in float32 are off; of a small error beyond the interval a quarter of it
+ROOM = ALIKE  # of a small error beyond the interval a quarter of it
 _OPTION = replace(FACTOR, most=3.5)  # lengths in texels or of another unit are farther off than radii
+_SAME_AXES = 1e-6  # difference of axes of views that are parallel
 _MOST_COUNT = 40  # of taps, turns and other whole numbers
 REMAPPED, OCCLUDES = "2 max(0, ao - 1/2) in place of ao", "background counted as occluder"
 # Names of options with another value, where they have one of their own.
@@ -73,6 +87,9 @@ class Estimated(Problem):
     rotation: str  # the reference's, and its seed
     seed: int
     bounded: bool  # whether the reference's interval is known: if not, any rounding is off
+    # Textures of a layer of other modules, by the module, and the place of this one in one texture of all
+    textures: Callable[[str], Mapping[str, NDArray[Any]]] = field(default_factory=lambda: no_textures)
+    places: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     asked: tuple[str, ...] = ()  # names of the modules that ``buffers.neighbours`` are of
     border: str | None = None  # a rule of ``INSIDE`` by which texels inside stand for those beyond the border
     model: ErrorModel | None = None  # of the bounds, where they are asked for
@@ -146,7 +163,7 @@ class Estimated(Problem):
         """All changes that are tried, those without values first."""
         made = [*of_texture(self), *self._of_options(), *view_changes(self.sight, self.centre, self.others)]
         made += of_borders("border" in self.options)
-        made += [*self._of_neighbours(), *of_taps(self)]
+        made += [*self._of_neighbours(), *self._of_others(), *of_taps(self)]
         made.append(with_buffers("positions of half precision", positions=lambda b: half(b.positions)))
         made.append(with_buffers("depth of half precision", depth=lambda b: half(b.depth)))
         made.append(with_buffers("positions in physical space", positions=_physical))
@@ -201,13 +218,26 @@ class Estimated(Problem):
         if self.asked:
             yield plain("no other module is asked", partial(_without_neighbours, of=slice(None)))
 
+    def _of_others(self) -> Iterator[Change]:
+        """Textures of other views."""
+        for view, depth in self.textures("depth").items():
+            yield with_buffers(f"the depth of {view}", depth=partial(_seen_in, other=depth))
+        reads_normals = self.buffers.normals is not None and self.estimator.reads_normals(self.options)
+        for view, normals in self.textures("normals").items() if reads_normals else ():
+            yield with_buffers(f"the normals of {view}", normals=lambda b, normals=normals: normals)  # type: ignore[misc]
+        own = _axes(self.sight.view)
+        for view, sight in self.others.items() if reads_normals else ():
+            matrix = _axes(sight.view).T @ own
+            if not np.allclose(matrix, np.eye(3), atol=_SAME_AXES):
+                yield _turned_normals(f"normals in the view space of {view} taken for its own", matrix)
+                yield _turned_normals(f"normals in its own view space taken for that of {view}", matrix.T)
+
     def _of_normals(self) -> Iterator[Change]:
         """Normals of another sign, space, precision or source."""
         yield with_buffers("normals with the other sign", normals=lambda b: -np.asarray(b.normals))
         yield with_buffers("normals made from positions", normals=cache(face_normals))
         yield with_buffers("normals of half precision", normals=lambda b: half(np.asarray(b.normals)))
-        axes = self.sight.view.world_from_cast[:, :3].T * [[1], [1], [-1]]  # right, up and towards the viewer
-        axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+        axes = _axes(self.sight.view)
         for name, axis in zip("xyz", axes, strict=True):
             matrix = np.eye(3) - 2 * np.outer(axis, axis)
             yield _turned_normals(f"{name} of normals in view space with the other sign", matrix)
@@ -227,11 +257,24 @@ class Estimated(Problem):
             noise = other_noise(len(turns), self.estimator.vectors) if self.rotation == "none" else ()
             for words, other in (*noise, *stretched_tiles(turns)):
                 yield with_buffers(words, turns=lambda b, other=other: None if b.turns is None else other(b.turns))  # type: ignore[misc]
-        for words, make in other_turns(self.rotation, self.seed, *shape):
+        for words, make in other_turns(self.rotation, self.seed, shape[0], shape[1], self.places):
             yield with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]
         for words, number in turn_seeds(self.rotation, self.seed):
             turned = partial(Buffers.turned, rotation=self.rotation, seed=number)
             yield late(with_buffers(words, turns=lambda b, turned=turned: turned(b).turns))  # type: ignore[misc]
+
+
+def _seen_in(buffers: Buffers, other: Texture) -> Texture:
+    """Depth of another view, far away at texels whose own surface is none there."""
+    view = buffers.view
+    far = np.finfo(other.dtype).max if view.screen_to_world is None or view.linear else 1.0
+    return np.where(np.isinf(other) & np.isfinite(buffers.depth), other.dtype.type(far), other)
+
+
+def _axes(view: View) -> FloatArray:
+    """Unit vectors to the right, up and towards the viewer, (3, 3), in world space."""
+    axes = view.world_from_cast[:, :3].T * [[1], [1], [-1]]
+    return np.asarray(axes / np.linalg.norm(axes, axis=1, keepdims=True))
 
 
 def _turned_normals(kind: str, matrix: FloatArray) -> Change:

@@ -35,12 +35,13 @@ _MOST_SAMPLES = 256  # samples, and steps, each of which is left out in turn
 NEAREST, _CLEARED = 0, 1  # texels behind those of the view, whose surfaces may stand where there is none
 _NONE = -1  # no texel does
 _SOME = 0.1  # share of the texels at which changes differ
+_LEAST_REACH, _MOST_REACH = 0.5, 500.0  # texels
 _HALF = 2**13 + 1  # splits a float32 into half precision and the rest
 
 # Fields on which the view and its textures do not depend.
 _LATE = frozenset({
     "value", "store", "mine", "columns", "rows", "room", "off", "model", "radius", "points", "weights", "options",
-    "image", "border", "background", "odd", "times", "linear", "factor", "split", "sample_factors",
+    "image", "reach", "border", "background", "odd", "times", "linear", "factor", "split", "sample_factors",
 })  # fmt: skip
 # Fields beside these on which the words of the formulas do not depend.
 _EARLY = {"ties", "buffers", "sight", "own", "depth_scale", "depth_bias", "sign"}
@@ -63,6 +64,7 @@ class Formulated(Estimated):
     sign: int = 1  # of surfaces' and of samples' depths
     split: int = 0  # by which u and v are rounded (``Reading``)
     sample_factors: FloatArray = field(default_factory=lambda: np.ones(1))  # of coordinates, (n, 3) or (1,)
+    reach: FloatArray = field(default_factory=lambda: np.ones(1))  # (K,) or (1,), of the distances of texels' samples
     own: FloatArray | None = None  # (K, 3), points of the texels' surfaces where they are not those of the buffers
     # Textures with two texels behind their own, by the identity of those that they are made of
     longer: Mapping[int, Texture] = field(default_factory=dict)
@@ -163,7 +165,8 @@ class Formulated(Estimated):
             linear=True if self.linear else look.linear,
             matrix=tuple(tuple(row) for row in self.image[:2].astype(dtype)),
         )
-        return Reading(look, dtype.type(self.sign), dtype.type(self.split))
+        reach = np.array(np.broadcast_to(self.reach, self.rows.shape), dtype)
+        return Reading(look, dtype.type(self.sign), dtype.type(self.split), reach)
 
     def _weights(self, count: int, steps: int) -> FloatArray:
         """Weights of the terms, (count, steps)."""
@@ -190,6 +193,7 @@ class Formulated(Estimated):
         """Bounds of the estimator; None where a look-up is changed, of which none are known."""
         looked = self.border, self.linear, self.background, self.ties, self.split, self.sign
         changed = self.own is not None or (self.sample_factors != 1).any() or (self.image != np.eye(3)).any()
+        changed |= bool((self.reach != 1).any())
         if looked != (None, False, None, 0, 0, 1) or changed:
             return None
         numbers = self.times, self.factor, self.depth_scale, self.depth_bias
@@ -205,7 +209,7 @@ class Formulated(Estimated):
             change = late(fixed("textures read between texels, by a linear filter", linear=True))
             made.append(replace(change, hint="--parameter filter=linear"))
         made += [*look_ups.of_shifts(), fixed("u and v of half precision", split=_HALF)]
-        made += self._of_factors()
+        made += [*self._of_factors(), *self._of_reach()]
         return [*made, *self._of_depths()] if self._words & {"surface", "image_z"} else made
 
     def _of_factors(self) -> Iterator[Change]:
@@ -218,6 +222,21 @@ class Formulated(Estimated):
             yield scaled("length of samples", _stretched, words="samples x {}, and not the range check's radius,")
         if differ(self.changed(factor=self.factor / 2), self.values() / 2):
             yield scaled(self.total, lambda p, f: p.changed(factor=p.factor * f))
+
+    def _of_reach(self) -> Iterator[Change]:
+        """A radius that is as many texels wherever the surface is, where a camera's distance changes that."""
+        if self._texels_of_radius() is None or not {"at", "position"} <= self._words or "image_place" in self._words:
+            return
+        axis = Axis(_LEAST_REACH, _MOST_REACH, signs=(1,), number=25, signed=False)
+        words = "radius of {} texels in place of world units"
+        yield scaled("radius in texels", lambda p, r: p.changed(reach=r / p._texels_of_radius()), axis, words)
+
+    def _texels_of_radius(self) -> FloatArray | None:
+        """How many texels the radius has across the view at each texel's surface, (K,); None but of perspectives."""
+        view, depth = self.buffers.view, self.buffers.depth[self.rows, self.columns].astype(np.float64)
+        if view.screen_to_world is None or view.lens[6] or not self.radius:
+            return None
+        return np.asarray(self.radius * view.lens[0] / view.cast_z(depth))
 
     def solved(self, wrong: Flags) -> Iterator[Change]:
         """Changes of samples that the texture's numbers are solved for."""

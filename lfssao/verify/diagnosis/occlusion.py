@@ -5,13 +5,15 @@ inverse.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import cos, radians, sin
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lfssao.optics.view import View
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.diagnosis.change import Axis, Change, fixed, plain, scaled
 from lfssao.verify.diagnosis.estimated import REMAPPED, Estimated, with_buffers, with_view
@@ -52,7 +54,7 @@ class Counted(Formulated):
 
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
-        made = super().changes()
+        made = [*super().changes(), *self._of_matrices()]
         made.append(fixed("offsets of half precision", points=half(self.radius * self.points) / self.radius))
         for change in [change for change in made if change.kind == "samples turned the other way"]:
             made.append(plain("offsets with x and y exchanged", partial(_exchanged, change)))
@@ -64,10 +66,36 @@ class Counted(Formulated):
         made.append(scaled("turned samples", _turned, _TURNS, "samples turned by {} degrees about z"))
         return [*made, *map(_of_length, range(len(self.points) if len(self.points) <= _MOST_LENGTHS else 0))]
 
+    def _of_matrices(self) -> Iterator[Change]:
+        """One of the two matrices of Algorithm 1 from another view, or points of its depth."""
+        for view, sight in self.others.items() if self.unprojected else ():
+            forth = partial(_with_matrix, view=sight.view)
+            yield plain(f"the matrix world to image of {view}, the inverse of its own", forth)
+            yield plain(f"the inverse matrix of {view}, world to image of its own", partial(_with_inverse, sight=sight))
+        for view, depth in self.textures("depth").items() if self.unprojected else ():
+            yield plain(f"the depth of {view}, and points of it", partial(_with_depth, depth=depth))
+
     def _of_ties(self) -> Iterator[Change]:
         """Other relations of the surface's depth and the sample's."""
         yield fixed("surDepth <= smp.z in place of <", ties=-1)
         yield fixed("surDepth > smp.z in place of <", sign=-1, background=NEAREST)
+
+
+def _with_matrix(problem: Counted, view: View) -> Counted:
+    """The problem with points of its own depth, and samples mapped by another view."""
+    return problem.changed(buffers=with_view(problem.buffers, view))
+
+
+def _with_depth(problem: Counted, depth: NDArray[Any]) -> Counted:
+    """The problem with points and look-ups of another depth texture."""
+    made = problem.changed(buffers=replace(problem.buffers, depth=depth))
+    return _with_inverse(made, made.sight)
+
+
+def _with_inverse(problem: Counted, sight: Sight) -> Counted:
+    """The problem with the points that another sight makes of its depth."""
+    depth = problem.buffers.depth[problem.rows, problem.columns].astype(np.float64)
+    return problem.changed(own=sight.points(problem.columns, problem.rows, depth))
 
 
 def _exchanged(other: Change, problem: Counted) -> Any:

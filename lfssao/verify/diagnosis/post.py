@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,13 @@ VALUES = (
 
 def of_texture(problem: Problem) -> list[Change]:
     """Changes of any texture of occlusion, whatever made it."""
-    return [*VALUES, *FLIPS, *cut(problem)]
+    others = [plain(f"the occlusion of {view}", partial(_of_view, view=view)) for view in problem.elsewhere()]
+    return [*VALUES, *FLIPS, *others, *cut(problem)]
+
+
+def _of_view(problem: Problem, view: str) -> Problem:
+    """The problem of a texture that is another view's."""
+    return problem.changed(given=problem.elsewhere()[view])
 
 
 def _maximum(layers: FloatArray) -> FloatArray:

@@ -27,7 +27,7 @@ from lfssao.verify.case import (
     described_view,
 )
 from lfssao.verify.diagnosis import post, surface
-from lfssao.verify.diagnosis.change import Places, Problem
+from lfssao.verify.diagnosis.change import Places, Problem, no_textures
 from lfssao.verify.diagnosis.estimated import Estimated
 from lfssao.verify.diagnosis.formulated import Formulated, longer
 from lfssao.verify.diagnosis.occlusion import Counted
@@ -51,7 +51,10 @@ class Texture:
     stored: Stored | None = None  # the texture's format
     display: tuple[Display, int] | None = None  # the display, and the module's number
     others: Mapping[str, Sight] = field(default_factory=dict)  # other modules, by name
-    depths: Callable[[], Mapping[str, NDArray[Any]]] = dict  # of other modules, by what is wrong with them
+    # Textures of a layer of other modules, by the module, of the size of this module's
+    textures: Callable[[str], Mapping[str, NDArray[Any]]] = field(default_factory=lambda: no_textures)
+    # Columns and rows at which this view lies in one texture of all of them, by how they are laid out
+    places: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     caster: Callable[[], RayCaster | None] | None = None  # of the mesh, where it is at hand
     sampling: Mapping[str, Any] = field(default_factory=dict)  # method and seed of the samples
     channel: str = ""  # the renderer's own name of the texture
@@ -138,7 +141,13 @@ class Texture:
             off = beyond(own, _taken(bounds.lower, columns, rows), _taken(bounds.upper, columns, rows))
         elif self.judged.verdict is Verdict.DIFFERENT:
             off = np.abs(own - _taken(self.case.outputs[self.name], columns, rows))
+
+        def elsewhere() -> dict[str, FloatArray]:
+            others = self.textures(self.name) if self.name != "shaded" else {}
+            return {view: _taken(texture, columns, rows) for view, texture in others.items()}
+
         at: Texels = {"off": off, "mine": own, "columns": columns, "rows": rows, "room": room, "flipped": flipped}
+        at["elsewhere"] = elsewhere
         if self.stored is not None:
             at["store"] = partial(self.stored.ends, model=self.model)
             at["floored"] = partial(self.stored.ends, model=self.model, floor=True) if self.stored.has_codes else None
@@ -151,7 +160,7 @@ class Texture:
             return surface.Color(**at, **self._interval)
         caster = None if self.caster is None else self.caster()
         more = {**self._interval, **self._view}
-        return surface.Depth(**at, **more, model=self.model, depths=self.depths, caster=caster)
+        return surface.Depth(**at, **more, model=self.model, textures=self.textures, caster=caster)
 
     def _positions(self, at: Texels) -> surface.Positions | None:
         depth, parameters = self.inputs.get("depth"), self.case.parameters
@@ -176,7 +185,7 @@ class Texture:
         guard, radius = (len(inputs["depth"]) - len(self.mine)) // 2, self.layers[self.name]
         at = {**at, **self._view, "columns": at["columns"] + guard, "rows": at["rows"] + guard}
         at |= {"rotation": parameters.get("rotation", "none"), "sampling": self.sampling, "radius": radius}
-        at |= {"seed": int(parameters.get("rotation_seed", 0))}
+        at |= {"seed": int(parameters.get("rotation_seed", 0)), "textures": self.textures, "places": self.places}
         estimator, options = find_estimator(name), described_options(parameters, radius)
         if estimator.reads_normals(options) and "normals" not in inputs:
             return None

@@ -14,6 +14,7 @@ from lfssao.samples.registry import METHODS
 from lfssao.samples.rotation import MOST_TILE
 from lfssao.verify.bounds.bounds import FloatArray
 
+_MOST_PLACED = 2**25  # texels of all views
 SEEDS = 64  # that are tried, of samples and of turns
 
 Turns = Iterator[tuple[str, Callable[[], NDArray[np.floating[Any]]]]]
@@ -62,8 +63,13 @@ def _quotients(count: int, side: int) -> NDArray[np.int64]:
     return np.arange(count) // side % side
 
 
-def other_turns(rotation: str, seed: int, height: int, width: int) -> Turns:
-    """Turns (2, H, W) of other kinds and seeds, and of other texels, each with its name, made when they are tried."""
+def other_turns(
+    rotation: str, seed: int, height: int, width: int, places: Mapping[str, tuple[int, int]] | None = None
+) -> Turns:
+    """Turns (2, H, W) of other kinds and seeds, and of other texels, each with its name, made when they are tried.
+
+    ``places``: columns and rows at which the view lies in one texture of all views, by how they are laid out.
+    """
 
     @cache
     def of(name: str, rows: int, columns: int, number: int) -> NDArray[np.floating[Any]]:
@@ -90,6 +96,14 @@ def other_turns(rotation: str, seed: int, height: int, width: int) -> Turns:
             return larger[:, rows[:, None], columns]
 
         yield f"turns of {words}", moved
+    for layout, (across, down) in (places or {}).items():
+        if 0 < (height + down) * (width + across) <= _MOST_PLACED:
+            words = f"turns by the place in a texture of all views {layout}, not in the view's own"
+
+            def placed(down: int = down, across: int = across) -> NDArray[np.floating[Any]]:
+                return of(rotation, height + down, width + across, seed)[:, down:, across:]
+
+            yield words, placed
     yield "turns of rows from below", lambda: of(rotation, height, width, seed)[:, ::-1]
     yield "turns of columns from the right", lambda: of(rotation, height, width, seed)[:, :, ::-1]
 

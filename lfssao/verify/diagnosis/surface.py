@@ -74,7 +74,7 @@ class Depth(Image):
 
     model: ErrorModel
     others: Mapping[str, Sight]  # of other modules, by name
-    depths: Callable[[], Mapping[str, NDArray[Any]]]  # of other modules, by what is wrong with them
+    textures: Callable[[str], Mapping[str, NDArray[Any]]]  # of other modules, by the module, of a layer
     sight: Sight  # the reference's
     centre: FloatArray | None = None  # of the region of interest, metres
     caster: RayCaster | None = None  # of the mesh, in the reference's cast space, where it is at hand
@@ -132,7 +132,7 @@ class Depth(Image):
             *super().changes(),
             plain("1 / depth", lambda p: p.then(lambda z: 1 / np.where(z == 0, np.nan, z))),
             plain("1 - depth", lambda p: p.then(lambda z: 1 - z)),
-            *(self._other(words, depth) for words, depth in self.depths().items() if depth.shape == self.lower.shape),
+            *(self._other(f"the depth of {module}", depth) for module, depth in self.textures("depth").items()),
             *view_changes(self.sight, self.centre, self.others),
             scaled("depth bias", lambda p, b: p.then(lambda z: z + b), bias, "depth {}"),
             scaled("depth scale", lambda p, s: p.then(lambda z: z * s), _SCALES, "depth x {}"),

@@ -4,7 +4,7 @@ A changed display makes another view. Depth, positions and occlusion of a wrong 
 change with one value is tried on all of them, and in all modules.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import atan, pi, tan
@@ -24,6 +24,7 @@ from lfssao.optics.view import DIFFUSERS, View, WorldToImage
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.diagnosis.change import Axis, Change
 
+_PARALLEL = 1e-6  # difference of axes of parallel cameras
 CORNERS = "texel corners in place of centres"
 
 
@@ -147,7 +148,7 @@ def view_changes(sight: Sight, centre: FloatArray | None, others: Mapping[str, S
         if centre is not None:
             made += _of_place(centre)
     elif sight.view.screen_to_world is not None:
-        made += _of_camera(sight)
+        made += [*_of_camera(sight), *_of_separation(sight, list(others.values()))]
     made.append(_changed(CORNERS, lambda s: replace(s, middle=0.0)))
     return made
 
@@ -253,6 +254,28 @@ def _of_place(centre: FloatArray) -> Iterator[Change]:
     yield _factor("ROI scale", lambda s, f: moved(f, np.zeros(3), s))
     for axis, way in zip("xyz", np.eye(3), strict=True):
         yield _more(f"ROI offset in {axis}", partial(lambda way, s, d: moved(1.0, d * way, s), way))
+
+
+def _of_separation(sight: Sight, others: Sequence[Sight]) -> Iterator[Change]:
+    """The distance of parallel cameras from the middle of all, as two eyes have one; windows stay where they meet."""
+    views = [sight.view, *(other.view for other in others)]
+    turns = [view.cast_from_world[:, :3] for view in views]
+    if len(views) < 2 or any(view.lens.shape != sight.view.lens.shape for view in views):
+        return
+    lenses, casts = (np.array([getattr(v, name) for v in views]) for name in ("lens", "cast_from_world"))
+    parallel = np.allclose(turns, turns[0], rtol=0, atol=_PARALLEL) and np.allclose(
+        lenses[:, [0, 1, 6]], lenses[0, [0, 1, 6]]
+    )
+    lens, cast = lenses.mean(axis=0), casts.mean(axis=0)
+
+    def further(s: Sight, f: float) -> Sight:
+        numbers, axes = s.view.lens.copy(), np.array(s.view.cast_from_world, np.float64)
+        numbers[2:4] = lens[2:4] + f * (numbers[2:4] - lens[2:4])
+        axes[:, 3] = cast[:, 3] + f * (axes[:, 3] - cast[:, 3])
+        return replace(s, view=with_lens(s.view, numbers, axes))
+
+    if parallel and not np.array_equal(sight.view.cast_from_world, cast):
+        yield _factor("separation of the views", further)
 
 
 def _of_camera(sight: Sight) -> Iterator[Change]:

@@ -10,6 +10,7 @@ import numpy as np
 from lfssao.ao.kernels.look_up import Look, look_up, seen_at
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import as_float, number, plain, select
+from lfssao.core.places import Rows
 from lfssao.optics.kernels.projection import image_of
 
 _FEW = 4096  # texels that one thread computes
@@ -19,12 +20,13 @@ class Reading(NamedTuple):
     """A way to read textures: a look-up, the sign of the depths of samples, and by what image points are rounded.
 
     sign: 1, or -1 where surfaces have the other sign, too. split: 2^k + 1 to round u and v to k bits less than they
-    have, or 0.
+    have, or 0. reach: (K,), by which each texel's samples lie farther from it.
     """
 
     look: Look
     sign: Any
     split: Any
+    reach: Any
 
 
 @kernel(inline=True)
@@ -32,6 +34,16 @@ def _rounded(x, split):
     """A coordinate to fewer bits (Dekker 1971)."""
     large = split * x
     return large - (large - x) if split > 0 else x
+
+
+@kernel(inline=True)
+def _stretched(place, base, reach):
+    """A place so many times as far from the one of the texel's surface."""
+    far, other = reach != 1, base + number(reach, place.u) * (place - base)
+    return Rows(
+        select(far, other.u, place.u), select(far, other.v, place.v), select(far, other.q, place.q),
+        select(far, other.z, place.z),
+    )  # fmt: skip
 
 
 @kernel(inline=True)
@@ -66,10 +78,10 @@ def sum_texels(begin, stop, view, estimator, reading, size, texels, weights, occ
     zero = dtype.type(0)
     for k in range(begin, stop):
         texel, total = np.uint32(texels[k]), zero
-        here = estimator.start(view, texel)
+        here, base = estimator.start(view, texel), view.at(view.position(texel))
         counts = (view.depth[texel] < np.inf) & estimator.counts(view, here)
         for s in range(estimator.points.shape[0] if counts else 0):
-            place = estimator.place(view, here, s)
+            place = _stretched(estimator.place(view, here, s), base, reading.reach[k])
             u, v = _image(view, place)
             seen, z = _looked_up(reading, u, v, size), view.depth_at(place)
             if seen >= 0:
@@ -92,11 +104,11 @@ def fold_texels(begin, stop, view, estimator, reading, size, texels, weights, oc
     zero, half = dtype.type(0), dtype.type(0.5)
     for k in range(begin, stop):
         texel, total = np.uint32(texels[k]), zero
-        here = estimator.start(view, texel)
+        here, base = estimator.start(view, texel), view.at(view.position(texel))
         x, y = dtype.type(view.column(texel)) + half, dtype.type(view.row(texel)) + half
         counts, state = (view.depth[texel] < np.inf) & estimator.counts(view, here), estimator.begin(view, here, 0)
         for s in range(estimator.points.shape[0] if counts else 0):
-            u, v = _image(view, estimator.place(view, here, s))
+            u, v = _image(view, _stretched(estimator.place(view, here, s), base, reading.reach[k]))
             across, down, begun = u - x, v - y, estimator.begin(view, here, s)
             state = begun if s % estimator.sides == 0 else state
             for step in range(estimator.steps):

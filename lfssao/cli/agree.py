@@ -4,7 +4,7 @@ import argparse
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lfssao.cli import values
 from lfssao.cli.terminal import printable, progress, working
@@ -13,13 +13,16 @@ from lfssao.errors import InputError, errors_of
 from lfssao.rendering.points import Texture, Values
 from lfssao.verify.agree.measure import LIMIT, Disagreement, Shared, disagreement, share_points
 from lfssao.verify.agree.split import Alike, Split, estimated, has_seed, other_samples, split
-from lfssao.verify.agree.views import Renderer, open_folders, read_views
+from lfssao.verify.agree.views import Renderer, Seen, open_folders, read_views
+
+if TYPE_CHECKING:
+    from lfssao.verify.agree.bugs import Found
 
 
 def add_to(agree: argparse.ArgumentParser) -> None:
     """Add the command's options."""
     agree.description = """Measure how far two or more views differ in the occlusion that they give the same point of
-        the surface: what shimmers for a viewer who moves."""
+        the surface, what shimmers for a viewer who moves, and name the bug of another renderer's set of views."""
     agree.set_defaults(run=_agree)
     add = agree.add_argument
     add("folders", nargs="+", metavar="FOLDER", help="a folder that 'lfssao render' wrote, or a file of one")
@@ -35,7 +38,11 @@ def add_to(agree: argparse.ArgumentParser) -> None:
     for name, form in (("--map", "MINE=LAYER"), ("--files", "PATTERN=LAYER")):
         add(name, action="append", default=[], metavar=form, help="names of --mine's, as of 'lfssao compare'")
     add("--truth", action="store_true", help="ray-cast occlusion at the same points, beside the others")
-    add("--mesh", metavar="FILE", help="the mesh that was rendered, for --truth (embedded scenes are at hand)")
+    add(
+        "--mesh",
+        metavar="FILE",
+        help="the mesh that was rendered, for --truth and for --mine's depth (embedded scenes are at hand)",
+    )
     of_own = "the Python file of the estimator of one's own that FOLDERs were made with; it is run"
     add("--estimator", metavar="FILE", help=of_own)
     picture = "draw the points of the first view, coloured by the deviation of their values (.png, .svg or .pdf)"
@@ -43,21 +50,28 @@ def add_to(agree: argparse.ArgumentParser) -> None:
     add("--json", metavar="FILE", help="write all figures as JSON")
 
 
-def _agree(options: argparse.Namespace) -> None:
+def _check(options: argparse.Namespace) -> dict[str, str]:
+    """The rules of --map, by the reference's layers; InputError if options do not go together."""
     for name, endings in (("json", (".json",)), ("picture", values.PICTURES)):
         if getattr(options, name) is not None:
             values.check_target(f"--{name}", Path(getattr(options, name)), endings)
     rules = {layer: mine for mine, layer in values.pairs("--map", options.map, "MINE=LAYER", 1)}
     if options.mine is None and (rules or options.files):
         raise InputError("--map and --files are of --mine, which is not given")
-    if options.mesh is not None and not options.truth:
-        raise InputError("--mesh is of --truth, which is not given")
+    if options.mesh is not None and not options.truth and options.mine is None:
+        raise InputError("--mesh is of --truth and --mine, and neither is given")
+    return rules
+
+
+def _agree(options: argparse.Namespace) -> None:
+    rules = _check(options)
     if options.estimator is not None:
         from lfssao.ao.estimators.own import read_estimator  # as in cli/estimators.py
 
         with errors_of("--estimator"):
             read_estimator(options.estimator)
     read: dict[str, Values] = {}
+    renderer: Renderer | None = None
     with working("read"):
         folders = open_folders([Path(path) for path in options.folders], options.layer)
         views = read_views(folders, options.modules)
@@ -68,6 +82,7 @@ def _agree(options: argparse.Namespace) -> None:
         own = [seen.arrays[options.layer] for seen in views]
         read["reference"] = shared.read(own, "the reference")
     parts = _split(shared, own)
+    bugs = None if renderer is None else _bugs(renderer, views, options.mesh)
     noise = None
     if options.truth:
         read["rays"], noise = _cast(shared, options.mesh)
@@ -83,6 +98,8 @@ def _agree(options: argparse.Namespace) -> None:
         "disagreement": {name: vars(each) for name, each in found.items()},
         "noise_of_rays": noise,
         "parts_of_reference": parts and vars(parts),
+        "bugs": bugs and [vars(bug) for bug in bugs.bugs],
+        "unexplained": bugs and bugs.unexplained,
     }
     if options.json is not None:
         write_text(Path(options.json), json.dumps(said, indent=1, allow_nan=False) + "\n")
@@ -97,6 +114,8 @@ def _agree(options: argparse.Namespace) -> None:
         named = {"noise of samples": parts.noise, "missing surface": parts.missing, "the rest": parts.rest}
         shares = [f"{100 * part / square:.1f} % {name}" for name, part in named.items() if part is not None]
         print(f"the reference's squared differences are {', '.join(shares)}")
+    for line in [] if bugs is None else bugs.lines():
+        print(printable(line))
     if noise is not None:
         print(f"rays: noise of their own has an RMS of {noise:.4f}")
 
@@ -113,6 +132,14 @@ def _split(shared: Shared, own: Sequence[Texture]) -> Split | None:
     with working("parts"):
         made = alike.values(own, None, 0), alike.values(others, other_samples(shared.views[0]), 1)
     return split(shared, own, others, made)
+
+
+def _bugs(renderer: Renderer, views: Sequence[Seen], mesh: str | None) -> "Found":
+    """The bugs of another renderer's textures."""
+    from lfssao.verify.agree.bugs import find_bugs  # late: it imports what judges and diagnoses
+
+    with working("bugs"):
+        return find_bugs(renderer, views, mesh)
 
 
 def _cast(shared: Shared, mesh: str | None) -> tuple[Values, float]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
@@ -18,8 +18,13 @@ from lfssao.rendering.manifest import view_of
 from lfssao.verify.case import IMAGES, Case
 from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, Storage, is_occlusion
+from lfssao.verify.compare.result import Tolerance
 from lfssao.verify.compare.source import Mine, Reference
 from lfssao.verify.compare.view_case import view_case
+
+if TYPE_CHECKING:
+    from lfssao.verify.compare.compare import Comparison
+    from lfssao.verify.compare.diagnoser import Views
 
 # Settings by which equal occlusion may be made
 _FREE = ("layers", "caster", "color_filter", "normals", "blur_sigma", "blur_weights")
@@ -145,9 +150,18 @@ class Renderer:
     ) -> None:
         if len(paths) not in (1, len(folders)):
             raise InputError(f"--mine: {len(paths)} are given, it must be one for all FOLDERs, or one for each of them")
+        self._rules, self._files = rules, files
         self._storage, each = Storage({}, rules), paths if len(paths) > 1 else list(paths) * len(folders)
         opened = [Mine.open(path, own.reference, files) for path, own in zip(each, folders, strict=True)]
         self._mine = dict(zip(folders, opened, strict=True))
+
+    def comparison(self, folder: Folder, layers: Sequence[str], mesh: str | None, more: "Views") -> "Comparison":
+        """A comparison of its textures with a folder's, of these layers; ``more`` are views of other folders."""
+        from lfssao.verify.compare.compare import Comparison  # late: it imports what judges and diagnoses
+
+        chosen = self._rules, layers, False, "shader", None, Tolerance()
+        path = self._mine[folder].path
+        return Comparison(path, folder.path, *chosen, mesh=mesh, files=self._files, more=more)
 
     def read(self, seen: Seen) -> NDArray[Any]:
         """Its texture of a view, (H, W); InputError if there is none, or one of another size or type."""

@@ -271,11 +271,35 @@ def test_what_no_change_explains_is_not_named(eyes, tmp_path, capsys):
     assert "mine is wrong in left, and no change that was tried explains it" in capsys.readouterr().out
 
 
+@pytest.fixture(scope="module")
+def modules(tmp_path_factory):
+    words = ["statue", "--modules", "8:12", "--resolution", "80x48", "--radii", "8%", "--layers", "depth,positions,ao"]
+    return Job.rendered(tmp_path_factory.mktemp("modules") / "modules", *words)
+
+
+def test_the_mapping_of_one_module_for_all_is_told_once(modules, tmp_path, capsys):
+    first, *others = modules.views
+    mapping = modules.views[first].mapping
+    found, _ = bugs_of(tmp_path, modules, {name: r.ao(1, mapping=mapping) for name, r in modules.views.items()})
+    assert found == {f"the mapping of {first}": others}
+    assert f"bug of {', '.join(others[:-1])} and {others[-1]} alone, not of {first}: " in capsys.readouterr().out
+
+
+def test_modules_in_reverse_order_are_exchanged(modules, tmp_path, capsys):
+    right = modules.right()
+    found, made = bugs_of(tmp_path, modules, dict(zip(right, reversed(list(right.values())), strict=True)))
+    assert {name: sorted(views) for name, views in found.items()} == {
+        "the occlusion of 4 views is exchanged": sorted(right)
+    }
+    assert "bug of all views: " in capsys.readouterr().out
+    assert made["unexplained"] == []
+
+
 def test_views_that_take_each_others_are_exchanged():
     """Two of three views; a copy is no exchange."""
     one, other, copy = (
         Bug("the depth of view_001", ("view_002",), "first"),
-        Bug("the depth of view_002 (views in reverse order)", ("view_001",), "second"),
+        Bug("the depth of view_002", ("view_001",), "second"),
         Bug("the normals of view_001", ("view_002",), "third"),
     )
     words = "the depth of view_001 and view_002 is exchanged: first; second"

@@ -17,8 +17,9 @@ from lfssao.verify.compare.result import Result
 from lfssao.verify.verdict import WRONG
 
 _FEW = 3  # views that are named
-# Kinds of changes that name another view, and that view.
-_OF_VIEW = re.compile("(the (?:occlusion|depth|normals|mapping)) of (.*?)(?: \\([a-z]*s in reverse order\\))?")
+# Kinds of changes that name another view, and that view; what may be said of its place.
+_OF_VIEW = re.compile("(the (?:occlusion|depth|normals|mapping)) of (.*)")
+_ORDER = re.compile(r" \([a-z]+s in reverse order\)")
 
 
 @dataclass(frozen=True)
@@ -45,14 +46,14 @@ class Found:
             return ["mine conforms to the reference in all views: no bug is named"]
         lines = [f"bug of {self._where(bug.views)}: {bug.words}" for bug in self.bugs]
         if self.unexplained:
-            lines.append(f"mine is wrong in {_listed(self.unexplained)}, and no change that was tried explains it")
+            lines.append(f"mine is wrong in {_named(self.unexplained)}, and no change that was tried explains it")
         return lines
 
     def _where(self, views: Sequence[str]) -> str:
         if set(views) == set(self.views):
             return "all views"
         right = [name for name in self.views if name not in self.wrong]
-        return f"{_listed(views)} alone, not of {_listed(right)}" if right else _listed(views)
+        return f"{_named(views)} alone, not of {_named(right)}" if right else _named(views)
 
 
 def find_bugs(renderer: Renderer, views: Sequence[Seen], mesh: str | None = None) -> Found:
@@ -69,17 +70,26 @@ def find_bugs(renderer: Renderer, views: Sequence[Seen], mesh: str | None = None
         results += [replace(each, module=told[each.module]) for each in comparison.report().results]
     order = [names[seen] for seen in views]
     results.sort(key=lambda result: order.index(result.module))
-    wrong = [result for result in results if result.verdict in WRONG]
+    wrong = [_without_order(result) for result in results if result.verdict in WRONG]
     left = [each.module for each in wrong if each.diagnosis is None or not each.diagnosis.fits]
     bugs = _exchanges([Bug(each.kind, each.modules, _words(each)) for each in causes_of(wrong)])
     return Found(tuple(order), bugs, _once(each.module for each in wrong), _once(left))
 
 
+def _without_order(result: Result) -> Result:
+    """The result with other views' names alone, by which views that share a cause are told together."""
+    found = result.diagnosis
+    if found is None:
+        return result
+    candidates = [
+        replace(each, kind=_ORDER.sub("", each.kind), words=_ORDER.sub("", each.words)) for each in found.candidates
+    ]
+    return replace(result, diagnosis=replace(found, candidates=tuple(candidates)))
+
+
 def _words(cause: Cause) -> str:
     """The words of a cause, with views in the place of modules."""
-    count = len(cause.modules)
-    named = _listed(cause.modules) if count <= _FEW else f"{count} views"
-    return cause.words.replace(f" of {count} modules", f" of {named}")
+    return cause.words.replace(f" of {len(cause.modules)} modules", f" of {_named(cause.modules)}")
 
 
 def _exchanges(bugs: Sequence[Bug]) -> tuple[Bug, ...]:
@@ -93,8 +103,9 @@ def _exchanges(bugs: Sequence[Bug]) -> tuple[Bug, ...]:
     for kind, of in sources.items():
         views = [bug.views[0] for bug in of.values()]
         if len(of) > 1 and set(of) == set(views):
-            name = f"{kind} of {_listed(sorted(views))} is exchanged"
-            words = f"{name}: {'; '.join(bug.words for bug in of.values())}"
+            name = f"{kind} of {_named(sorted(views))} is exchanged"
+            some = [bug.words for bug in of.values()]
+            words = f"{name}: {'; '.join(some[:_FEW] + ['...'] * (len(some) > _FEW))}"
             made = [bug for bug in made if bug not in of.values()] + [Bug(name, tuple(views), words)]
     return tuple(made)
 
@@ -116,5 +127,8 @@ def _once(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _listed(names: Sequence[str]) -> str:
+def _named(names: Sequence[str]) -> str:
+    """A few names, or how many there are."""
+    if len(names) > _FEW:
+        return f"{len(names)} views"
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -3,7 +3,8 @@
 import os
 from typing import TYPE_CHECKING, Any
 
-from lfssao.samples.properties import PROMISES, Finding, Promise, assert_promise, check_promise, check_sampler
+from lfssao.samples.assertions import assert_promise, check_sampler
+from lfssao.samples.properties import PROMISES, Finding, Promise, check_promise
 from lfssao.verify.kit.cases import make_case
 from lfssao.verify.kit.folder import write_kit
 from lfssao.verify.testing.conformance import assert_conforms

@@ -5,8 +5,7 @@ Statistics have a p-value in place of a limit, and say which bias they would not
 uniform points with a probability of at most the alarm for the whole check; in sets that are more even, more rarely.
 """
 
-import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import log2, pi, sqrt
@@ -16,7 +15,7 @@ import numpy as np
 from scipy import stats
 from scipy.stats import qmc
 
-from lfssao.core.arguments import as_number, as_numbers, check_whole
+from lfssao.core.arguments import as_number, as_numbers
 from lfssao.errors import InputError, check_choice, shown
 from lfssao.samples import statistics
 from lfssao.samples.sets import DIMENSIONS, FloatArray
@@ -173,43 +172,6 @@ def _of_many(name: str, sets: list[Points]) -> list[Finding]:
         pick = np.random.default_rng(0)
         different = [points[pick.integers(len(points))][None] for points in different]
     return [repeated, *check(replace(sets[0], points=np.concatenate(different)))]
-
-
-def check_sampler(
-    function: Any, n: int, seeds: int | Iterable[int], name: str = "uniform", **options: Any
-) -> list[Finding]:
-    """Check one of ``PROMISES`` on the sets of n points that a sampler makes of many seeds, as ``check_promise``.
-
-    The function returns the points of (n, seed); seeds are given, or their number. An engine of ``scipy.stats.qmc`` is
-    asked for as many sets, one after the other, on the unit square. Options are those of ``check_promise``, by default
-    the domain 'ball'.
-
-    >>> from lfssao.samples import make_samples
-    >>> found = check_sampler(lambda n, seed: make_samples("latin", n, seed), 8, 100, r_min=0.8)
-    >>> all(finding.holds and finding.tells for finding in found)
-    True
-    """
-    engine = hasattr(function, "random")
-    n = check_whole("n", n, 1)
-    chosen = seeds if isinstance(seeds, Iterable) else range(check_whole("seeds", seeds, 1))
-    sets = [np.asarray(function.random(n) if engine else function(n, seed)) for seed in chosen]
-    usual: dict[str, Any] = {"domain": "square", "bounds": (0.0, 1.0)} if engine else {"domain": "ball"}
-    return check_promise(name, sets, **{**usual, **options})
-
-
-def assert_promise(name: str, points: Any, domain: str, **options: Any) -> None:
-    """Raise AssertionError with all findings in words if a promise is broken; arguments are ``check_promise``'s.
-
-    UserWarning if a statistic cannot tell, as of the few points of one set: give it the sets of many seeds.
-
-    >>> lfssao.testing.assert_promise("latin", [[-0.5, 0.5], [0.5, -0.5]], "square")
-    """
-    findings = check_promise(name, points, domain, **options)
-    words = "\n".join([f"{name} ({domain}):", *map(str, findings)])
-    if not all(finding.holds for finding in findings):
-        raise AssertionError(words)
-    if not all(finding.tells for finding in findings):
-        warnings.warn(words, stacklevel=2)
 
 
 def _inside(of: Points) -> list[Finding]:

@@ -3,8 +3,8 @@
 import os
 from typing import TYPE_CHECKING, Any
 
-from lfssao.samples.assertions import assert_promise, check_sampler
-from lfssao.samples.properties import PROMISES, Finding, Promise, check_promise
+from lfssao.samples.assertions import assert_promise, assert_sampler, check_sampler
+from lfssao.samples.properties import PROMISES, Finding, Findings, Promise, check_promise
 from lfssao.verify.kit.cases import make_case
 from lfssao.verify.kit.folder import write_kit
 from lfssao.verify.testing.conformance import assert_conforms
@@ -13,8 +13,8 @@ if TYPE_CHECKING or os.environ.get("EAGER_IMPORT"):  # as lazy_loader has it, fo
     from lfssao.verify.testing.strategies import cameras, displays, gbuffers, radii, sample_sets
 
 __all__ = [
-    "PROMISES", "Finding", "Promise", "assert_conforms", "assert_promise", "cameras", "check_promise", "check_sampler",
-    "displays", "gbuffers", "make_case", "radii", "sample_sets", "write_kit",
+    "PROMISES", "Finding", "Findings", "Promise", "assert_conforms", "assert_promise", "assert_sampler", "cameras",
+    "check_promise", "check_sampler", "displays", "gbuffers", "make_case", "radii", "sample_sets", "write_kit",
 ]  # fmt: skip
 
 

@@ -13,14 +13,14 @@ from lfssao.cli.values import MOST_SAMPLES, PICTURES, check_target
 from lfssao.core.files import write_whole
 from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.samples import METHODS, sample_set
-from lfssao.samples.formats import FORMATS, read_points
+from lfssao.samples.formats import FORMATS, read_sets, read_stream
 from lfssao.samples.properties import ALARM, PROMISES, as_table, check_promise
 from lfssao.samples.sets import DIMENSIONS, SampleSet
 
 _PROMISES = """what to check, may be given several times: a name, or name-domain for points of the sphere or the disk
     (default: inside, distinct, uniform)"""
 _alarm = values.number("a probability above 0 and below 1", lambda value: 0 < value < 1)
-_FILES = ".csv, .txt, .json or .npy files, also as a pattern such as 'mine_*.csv'"
+_FILES = ".csv, .txt, .json, .npy or shaders' files, also as a pattern such as 'mine_*.csv'"
 
 
 def add_to(command: argparse.ArgumentParser) -> None:
@@ -38,10 +38,10 @@ def add_to(command: argparse.ArgumentParser) -> None:
 
     check = actions.add_parser("check", help="check anybody's points against promises")
     check.description = """Check points against promises such as uniform-ball or latin. Exit code 1 if one is broken.
-        Few points cannot tell: give the sets of many seeds, each a file; they are pooled for uniform. Without FILE:
-        list the promises."""
+        Few points cannot tell: give the sets of many seeds, each a file, or an array (seeds, n, d) in one; they are
+        pooled for uniform. Without FILE: list the promises."""
     check.set_defaults(run=_check)
-    check.add_argument("files", nargs="*", metavar="FILE", help=f"{_FILES}: a point a row")
+    check.add_argument("files", nargs="*", metavar="FILE", help=f"{_FILES}: a point a row; -: standard input")
     check.add_argument("--promise", action="append", metavar="NAME", help=_PROMISES)
     alarm = "probability that independent uniform points break uniform (default: 1e-6)"
     check.add_argument("--alarm", type=_alarm, default=ALARM, metavar="P", help=alarm)
@@ -150,19 +150,27 @@ def _check(options: argparse.Namespace) -> int:
         for finding in findings:
             file = "" if finding.worst is None else f" ({printable(sets[finding.worst].method)})"
             print(f"{name} ({domain}): {finding}{file}")
-            kept, tells = kept and finding.holds, tells and finding.tells
+        if findings.hint and options.range is None:
+            say("all points lie in [0, 1], and the domain reaches from -1 to 1: --range 0,1, if they fill that")
+            options.range = (-1.0, 1.0)  # said once
+        kept, tells = kept and findings.holds, tells and findings.tells
     if not tells:
-        print("the sets of more seeds, each in a file, or a larger --alarm would tell more")
+        print("the sets of more seeds, or a larger --alarm, would tell more")
     return 0 if kept else BROKEN
 
 
 def _read_files(patterns: list[str]) -> tuple[list[SampleSet], str | None]:
-    """The points of files as sets without promises, and the domain that the first file names."""
+    """The sets of files, or of standard input, without promises, and the domain that the first file names."""
     paths = [Path(name) for p in patterns for name in ([p] if Path(p).exists() else sorted(glob(p)) or [p])]
-    tables = [read_points(path) for path in paths]
-    points, _, named = tables[0]
-    domain = named or ("ball" if points.shape[1] == 3 else "square")
-    return [SampleSet(*table[:2], domain, str(path), 0, ()) for path, table in zip(paths, tables, strict=True)], named
+    files = [read_stream(sys.stdin.buffer.read()) if str(path) == "-" else read_sets(path) for path in paths]
+    points, _, named = files[0]
+    domain, out = named or ("ball" if points.shape[2] == 3 else "square"), []
+    for path, (tables, weights, _) in zip(paths, files, strict=True):
+        name = "standard input" if str(path) == "-" else str(path)
+        for number, table in enumerate(tables):
+            of = f", set {number}" if len(tables) > 1 else ""
+            out.append(SampleSet(table, weights, domain, f"{name}{of}", 0, ()))
+    return out, named
 
 
 def _moved(options: argparse.Namespace, sets: list[SampleSet], domain: str, named: str | None) -> list[SampleSet]:

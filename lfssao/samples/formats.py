@@ -2,6 +2,7 @@
 
 import json
 import re
+import tempfile
 from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
@@ -77,23 +78,50 @@ FORMATS: dict[str, Callable[[SampleSet], bytes]] = {"csv": to_csv, "json": to_js
 
 
 def read_points(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
-    """Read points (n, d), weights (n,) or None, and the domain, if it is named, from a file.
+    """Read one set of points, (n, d), as ``read_sets`` does; InputError if there are several."""
+    sets, weights, domain = read_sets(path)
+    if len(sets) > 1:
+        raise InputError(f"{path}: it holds {len(sets)} sets of points, expected one")
+    return sets[0], weights, domain
+
+
+def read_sets(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:
+    """Read sets of points (seeds, n, d), weights (n,) or None, and the domain, if it is named, from a file.
 
     .csv, .txt, .dat: two or three columns, as of ``np.savetxt``, and one called 'weight' if the first line has names;
-    .json: an object with 'points', the list of points itself, or the manifest of a render; .npy: (n, 2) or (n, 3);
-    .glsl, .frag, .hlsl, .h: a shader's text with one array of vectors, and one of numbers called weights if it has
-    them. InputError if the file cannot be read, or does not hold points.
+    .json: an object with 'points', the list of points itself, or the manifest of a render; .npy; .glsl, .frag, .hlsl,
+    .h: a shader's text with one array of vectors, and one of numbers called weights if it has them. Points are (n, d),
+    one set, or (seeds, n, d) in .json and .npy. InputError if the file cannot be read, or does not hold points.
     """
     readers: dict[str, Callable[[Path], Any]] = dict.fromkeys((".csv", ".txt", ".dat"), _read_text)
     readers |= {".json": _read_json, ".npy": lambda path: (read_npy(path).astype(np.float64), None, None)}
     readers |= dict.fromkeys(_SHADERS, _read_shader)
     check_choice("format of points", path.suffix.lower(), readers)
     points, weights, domain = readers[path.suffix.lower()](path)
-    if points.ndim != 2 or points.shape[1] not in (2, 3) or len(points) == 0:
-        raise InputError(f"{path}: its points have shape {points.shape}, expected (n, 2) or (n, 3) with n at least 1")
+    if points.ndim not in (2, 3) or points.shape[-1] not in (2, 3) or points.size == 0:
+        wanted = "expected (n, 2) or (n, 3) with n at least 1, or (seeds, n, 2) or (seeds, n, 3)"
+        raise InputError(f"{path}: its points have shape {points.shape}, {wanted}")
     if not np.isfinite(points).all() or not (weights is None or np.isfinite(weights).all()):
         raise InputError(f"{path}: a number is not finite")
-    return points, weights, domain
+    return points if points.ndim == 3 else points[None], weights, domain
+
+
+def read_stream(data: bytes) -> tuple[FloatArray, FloatArray | None, str | None]:
+    """``read_sets`` of the bytes of a file without a name, whose format they show."""
+    ending = ".csv"
+    if data.startswith(b"\x93NUMPY"):
+        ending = ".npy"
+    elif data.lstrip()[:1] in (b"{", b"["):
+        ending = ".json"
+    elif b"(" in data or b"{" in data:
+        ending = ".glsl"
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"points{ending}"
+        path.write_bytes(data)
+        try:
+            return read_sets(path)
+        except InputError as error:
+            raise InputError(str(error).replace(str(path), f"standard input, read as {ending}")) from None
 
 
 def _read_text(path: Path) -> tuple[FloatArray, FloatArray | None, None]:

@@ -41,6 +41,8 @@ class Points:
 class Finding:
     """One result of a check; as a string it is a sentence with the verdict: holds, BROKEN, or cannot tell.
 
+    It is true where the verdict is holds.
+
     >>> print(lfssao.testing.check_promise("latin", [[-0.5, 0.5], [0.5, -0.5]], "square")[0])
     columns without exactly one point: 0, at most 0: holds
     """
@@ -62,10 +64,41 @@ class Finding:
         """Whether the promise is kept as far as this goes."""
         return bool(self.value <= self.limit if self.p is None else self.p >= self.limit)
 
+    def __bool__(self) -> bool:
+        return self.holds and self.tells
+
     def __str__(self) -> str:
         rule = f"at most {self.limit:.6g}" if self.p is None else f"p = {self.p:.3g}, alarm below {self.limit:.2g}"
         place = "" if self.worst is None else f", worst in set {self.worst}"
         return f"{self.what}{place}: {self.value:.6g}, {rule}: {self.power if self.holds else 'BROKEN'}"
+
+
+class Findings(tuple[Finding, ...]):
+    """All results of a check; as a string they are a sentence a line. They are true where each one's verdict is holds.
+
+    ``hint`` is a sentence on what may be meant where points lie in [0, 1] and break a promise, else empty.
+
+    >>> bool(lfssao.testing.check_promise("latin", [[-0.5, 0.5], [0.5, 0.5]], "square"))
+    False
+    """
+
+    hint: str = ""
+
+    @property
+    def tells(self) -> bool:
+        """Whether each of them tells (``Finding.tells``)."""
+        return all(finding.tells for finding in self)
+
+    @property
+    def holds(self) -> bool:
+        """Whether each promise is kept as far as this goes (``Finding.holds``)."""
+        return all(finding.holds for finding in self)
+
+    def __bool__(self) -> bool:
+        return all(map(bool, self))
+
+    def __str__(self) -> str:
+        return "\n".join([*map(str, self), *([self.hint] if self.hint else [])])
 
 
 @dataclass(frozen=True)
@@ -91,12 +124,13 @@ def check_promise(
     tolerance: float = 1e-6,
     bounds: tuple[float, float] = (-1.0, 1.0),
     alarm: float = ALARM,
-) -> list[Finding]:
-    """Check one of ``PROMISES`` on a point set, or on those of many seeds; it is kept if all findings hold.
+) -> Findings:
+    """Check one of ``PROMISES`` on a point set, or on those of many seeds; findings that are true have found it kept.
 
     Points are (n, d), in units of the radius of the domain, 'square', 'sphere', 'ball' or 'disk', weights (n,); or
-    sequences of them. Many sets are pooled for 'uniform', whose p-values are those of independent points: more even
-    sets alarm more rarely. 'unbiased' takes one point of each set, at random; other findings are the worst set's.
+    sequences of them, or an array (seeds, n, d). Many sets are pooled for 'uniform', whose p-values are those of
+    independent points: more even sets alarm more rarely. 'unbiased' takes one point of each set, at random; other
+    findings are the worst set's.
 
     r_min and r_max are the ball's shell, and the tolerance is the distance outside the domain that rounding may have
     put a point at; the default suits float32. Bounds are the coordinates at the domain's ends: (0, 1) for the points of
@@ -132,7 +166,10 @@ def check_promise(
         if weighs is not None and not np.isfinite(weighs).all():
             raise InputError("a weight is not finite")
         sets.append(Points(table, domain, weighs, r_min, r_max, tolerance, alarm))
-    return PROMISES[name].check(sets[0]) if len(sets) == 1 else _of_many(name, sets)
+    found = Findings(PROMISES[name].check(sets[0]) if len(sets) == 1 else _of_many(name, sets))
+    if not found.holds and tuple(bounds) == (-1, 1) and all(((table >= 0) & (table <= 1)).all() for table in tables):
+        found.hint = "all points lie in [0, 1], and the domain reaches from -1 to 1: bounds=(0, 1), if they fill that"
+    return found
 
 
 def _dimensions(points: Any) -> int:

@@ -2,6 +2,8 @@
 
 import json
 import re
+from io import BytesIO
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +12,9 @@ from jobs import sentence
 from matplotlib.image import imread
 
 from lfssao.cli.main import main
+from lfssao.errors import InputError
 from lfssao.samples import METHODS, make_samples, sample_set
-from lfssao.samples.formats import read_points, to_glsl
+from lfssao.samples.formats import FORMATS, read_points, to_glsl
 from lfssao.samples.plot import draw_samples
 from lfssao.testing import PROMISES
 
@@ -105,6 +108,37 @@ def test_files_of_a_pattern_are_pooled_and_one_of_them_cannot_tell(tmp_path, cap
     assert main(["samples", "check", str(tmp_path / "mine_*.csv"), "--promise", "distinct"]) == 1
     assert "set 7: 1, at most 0: BROKEN" in (out := capsys.readouterr().out)
     assert "mine_07.csv" in out
+
+
+def test_an_array_of_sets_in_a_file_and_files_together_are_pooled(tmp_path, capsys):
+    sets = np.stack([sample_set("ball", "latin", 8, seed).points for seed in range(40)])
+    np.save(tmp_path / "a.npy", sets[:30])
+    (tmp_path / "b.json").write_text(json.dumps(sets[30:].tolist()))
+    assert main(["samples", "check", *(str(tmp_path / name) for name in ("a.npy", "b.json")), "--alarm", "0.01"]) == 0
+    assert capsys.readouterr().out.count(" at n = 320: ") == 7
+    sets[3, 2] = sets[3, 1]
+    np.save(tmp_path / "a.npy", sets[:30])
+    assert main(["samples", "check", str(tmp_path / "a.npy"), "--promise", "distinct"]) == 1
+    assert "a.npy, set 3)" in capsys.readouterr().out
+    with pytest.raises(InputError, match="it holds 30 sets of points, expected one"):
+        read_points(tmp_path / "a.npy")
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_standard_input_is_read_in_the_format_that_it_has(monkeypatch, capsys, form):
+    data = FORMATS[form](sample_set("square", "latin", 16, 1))
+    monkeypatch.setattr("sys.stdin", SimpleNamespace(buffer=BytesIO(data)))
+    assert main(["samples", "check", "-", "--promise", "latin", "--range", "-1,1"]) == 0
+    assert "latin (square)" in capsys.readouterr().out
+    monkeypatch.setattr("sys.stdin", SimpleNamespace(buffer=BytesIO(data[: len(data) // 2] + b"x")))
+    assert main(["samples", "check", "-"]) == 2
+    assert sentence(capsys).startswith(f"standard input, read as .{form}: ")
+
+
+def test_points_from_0_to_1_in_space_get_a_hint(tmp_path, capsys):
+    np.save(tmp_path / "unit.npy", np.random.default_rng(1).random((500, 3)))
+    assert main(["samples", "check", str(tmp_path / "unit.npy")]) == 1
+    assert capsys.readouterr().err.count("--range 0,1, if they fill that") == 1
 
 
 def test_points_of_the_unit_square_are_recognised_and_said_to_be(tmp_path, capsys):

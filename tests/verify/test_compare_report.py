@@ -36,6 +36,15 @@ def test_json_holds_every_figure(tmp_path, reference, failing):
     assert wrong["worst"][0]["mine"] == ["nan"]
 
 
+def test_a_report_is_true_where_mine_conforms(tmp_path):
+    for name, value in (("a", 0.5), ("b", 0.25)):
+        np.save(tmp_path / f"{name}.npy", np.float32([[value]]))
+    a, b = tmp_path / "a.npy", tmp_path / "b.npy"
+    assert lfssao.compare(a, a)
+    found = [lfssao.compare(a, b), lfssao.compare(a, b, fail=1.0)]
+    assert [(report.exit_code, bool(report)) for report in found] == [(2, False), (1, False)]
+
+
 def test_junit_has_a_suite_a_module(tmp_path, reference, failing):
     path = tmp_path / "junit.xml"
     compare(failing, reference, "--junit", path)

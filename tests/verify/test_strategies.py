@@ -5,6 +5,7 @@ import pytest
 from hypothesis import Phase, find, given, settings
 from hypothesis import strategies as st
 from jobs import python
+from refusals import is_refused
 
 from lfssao import estimate
 from lfssao.testing import cameras, displays, gbuffers, radii, sample_sets
@@ -116,6 +117,35 @@ def test_numbers_come_near_the_ends_of_their_ranges_and_no_farther():
         room, tiny = 0.25 * (high - low), 1e-9 * (high - low)  # draws depend on what else the process has loaded
         assert low - tiny <= least <= low + room, name
         assert high - room <= most <= high + tiny, name
+
+
+@pytest.mark.parametrize(("call", "words"), [
+    (lambda: radii(least=2, most=1), "least and most are 2 and 1"),
+    (lambda: radii(most=0), "least and most are 0.0 and 0"),
+    (lambda: radii(least="1"), "least and most are '1'"),
+    (lambda: sample_sets(domain="bal"), "did you mean 'ball'"),
+    (lambda: sample_sets(methods=("latn",)), "did you mean 'latin'"),
+    (lambda: sample_sets(domain="ball", methods=("spiral",)), "there is no methods 'spiral'"),
+    (lambda: sample_sets(methods="latin"), "methods is 'latin', it must be a list"),
+    (lambda: sample_sets(least=0), "least is 0"),
+    (lambda: sample_sets(least=5, most=4), "most is 4"),
+    (lambda: cameras(projections=()), r"projections is \(\), it must be a list"),
+    (lambda: cameras(projections=("fisheye",)), "'fisheye'"),
+    (lambda: cameras(distance=0), "distance is 0"),
+    (lambda: displays(screens=("round",)), "'round'"),
+    (lambda: displays(modules=0), "modules is 0"),
+    (lambda: displays(texels=1.5), "texels is 1.5"),
+    (lambda: gbuffers(dtype=int), "dtype is <class 'int'>"),
+    (lambda: gbuffers(most=0), "most is 0"),
+    (lambda: gbuffers(normals="yes"), "normals is of type str"),
+    (lambda: gbuffers(views=cameras), "views is of type function"),
+])  # fmt: skip
+def test_strategies_refuse_what_means_nothing_where_they_are_made(call, words):
+    assert is_refused(call, words)
+
+
+def test_methods_choose_the_domains_that_have_them():
+    assert drawn(sample_sets(methods=("spiral",))).domain == "disk"
 
 
 def test_hypothesis_is_imported_only_with_a_strategy():

@@ -90,7 +90,7 @@ def compare(
     Returns
     -------
     Report
-        With ``exit_code`` 0 where everything conforms.
+        True, its ``exit_code`` 0, where everything conforms.
 
     Raises
     ------

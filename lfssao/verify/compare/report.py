@@ -46,7 +46,7 @@ _FIGURES = ("texels off", "max ulp", "mean", "RMSE", "PSNR", "SSIM")
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """The outcome of a comparison.
+    """The outcome of a comparison; true where MINE conforms (exit code 0), so that a test may assert it.
 
     Attributes
     ----------
@@ -97,6 +97,9 @@ class Report:
         """0 same, 1 warnings only, 2 failed, 3 sizes, channels or types differ, 4 file error."""
         worst = max((self.code(result) for result in self.results), default=SAME)
         return WARNING if worst == SAME and self.notes else worst
+
+    def __bool__(self) -> bool:
+        return self.exit_code == SAME
 
     @cached_property
     def causes(self) -> "tuple[Cause, ...]":

@@ -1,5 +1,6 @@
-"""hypothesis strategies for lfssao's arguments, by keyword only."""
+"""hypothesis strategies for lfssao's arguments, by keyword only; InputError for limits and names that mean nothing."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -7,13 +8,23 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
 from lfssao.ao.textures import Buffers
+from lfssao.core.arguments import as_number, check_whole
+from lfssao.errors import InputError, check_choice, check_type, shown
 from lfssao.optics.camera import PROJECTIONS, Camera
 from lfssao.optics.display import Display, Module
-from lfssao.samples.registry import METHODS, sample_set
+from lfssao.samples.registry import METHODS, MOST, sample_set
 from lfssao.samples.sets import SampleSet
 
 _SCREENS = ("flat", "convex", "concave", "conical")
 _ROI = ((-0.2, -0.15, -0.2), (0.2, 0.15, 0.2))
+
+
+def _check_names(argument: str, names: Any, choices: Sequence[str]) -> None:
+    """Refuse all but a list of at least one of the choices."""
+    if not isinstance(names, tuple | list) or len(names) == 0:
+        raise InputError(f"{argument} is {shown(names)}, it must be a list of some of {', '.join(choices)}")
+    for name in names:
+        check_choice(argument, name, choices)
 
 
 def radii(*, least: float = 0.0, most: float = 1e30, zero: bool = True) -> SearchStrategy[float]:
@@ -23,16 +34,18 @@ def radii(*, least: float = 0.0, most: float = 1e30, zero: bool = True) -> Searc
 
     >>> strategy = lfssao.testing.radii(most=10.0)  # for @given(radius=strategy)
     """
+    if not (0 <= as_number(least) <= as_number(most) <= 1e30 and most >= 1e-30):
+        wanted = "they must be 0 <= least <= most, most from 1e-30 to 1e30"
+        raise InputError(f"least and most are {shown(least)} and {shown(most)}, {wanted}")
     lowest = max(least, 1e-30)
     ordinary = st.floats(max(lowest, 1e-3), min(most, 1e3)) if lowest <= 1e3 and most >= 1e-3 else st.nothing()
     special = [lowest, most] + ([0.0] if zero and least <= 0 else [])
     return st.one_of(ordinary, st.floats(lowest, most), st.sampled_from(special))
 
 
-@st.composite
 def sample_sets(
-    draw: DrawFn, *, domain: str | None = None, methods: tuple[str, ...] | None = None, least: int = 1, most: int = 256
-) -> SampleSet:
+    *, domain: str | None = None, methods: tuple[str, ...] | None = None, least: int = 1, most: int = 256
+) -> SearchStrategy[SampleSet]:
     """Sample sets by any method, number and seed.
 
     The domain is 'square', 'sphere', 'ball' or 'disk', any by default; methods are names, all of the domain by default;
@@ -40,7 +53,19 @@ def sample_sets(
 
     >>> strategy = lfssao.testing.sample_sets(domain="ball", most=64)  # for @given(samples=strategy)
     """
-    where = draw(st.sampled_from(sorted(METHODS))) if domain is None else domain
+    if domain is not None:
+        check_choice("domain", domain, METHODS)
+    domains = [domain] if domain is not None else sorted(METHODS)
+    if methods is not None:
+        _check_names("methods", methods, list(dict.fromkeys(name for where in domains for name in METHODS[where])))
+        domains = [where for where in domains if not METHODS[where].keys().isdisjoint(methods)]
+    check_whole("most", most, check_whole("least", least, 1, MOST), MOST)
+    return _sample_sets(domains, methods, least, most)
+
+
+@st.composite
+def _sample_sets(draw: DrawFn, domains: list[str], methods: tuple[str, ...] | None, least: int, most: int) -> SampleSet:
+    where = draw(st.sampled_from(domains))
     names = [name for name in METHODS[where] if methods is None or name in methods]
     method = METHODS[where][draw(st.sampled_from(names))]
     largest = most if method.most is None else min(most, method.most)
@@ -48,8 +73,7 @@ def sample_sets(
     return sample_set(where, method.name, n, seed)
 
 
-@st.composite
-def cameras(draw: DrawFn, *, projections: tuple[str, ...] = PROJECTIONS, distance: float = 10.0) -> Camera:
+def cameras(*, projections: tuple[str, ...] = PROJECTIONS, distance: float = 10.0) -> SearchStrategy[Camera]:
     """Cameras that look at something near the origin of world space, upright or tilted.
 
     Projections are 'perspective' and 'orthographic'. They stand 0.2 to 1 ``distance`` away, world units, at most 64
@@ -57,6 +81,14 @@ def cameras(draw: DrawFn, *, projections: tuple[str, ...] = PROJECTIONS, distanc
 
     >>> strategy = lfssao.testing.cameras(projections=("perspective",))  # for @given(camera=strategy)
     """
+    _check_names("projections", projections, PROJECTIONS)
+    if not 1e-20 <= as_number(distance) <= 1e20:
+        raise InputError(f"distance is {shown(distance)}, it must be a number from 1e-20 to 1e20")
+    return _cameras(projections, distance)
+
+
+@st.composite
+def _cameras(draw: DrawFn, projections: tuple[str, ...], distance: float) -> Camera:
     away = distance * draw(st.floats(0.2, 1))
     z, turn = draw(st.floats(-0.9, 0.9)), draw(st.floats(0, 6.28))
     r = (1 - z * z) ** 0.5
@@ -69,8 +101,7 @@ def cameras(draw: DrawFn, *, projections: tuple[str, ...] = PROJECTIONS, distanc
     return Camera(draw(st.sampled_from(projections)), eye, target, up, extent, near, far)  # type: ignore[arg-type]
 
 
-@st.composite
-def displays(draw: DrawFn, *, screens: tuple[str, ...] = _SCREENS, modules: int = 3, texels: int = 64) -> Display:
+def displays(*, screens: tuple[str, ...] = _SCREENS, modules: int = 3, texels: int = 64) -> SearchStrategy[Display]:
     """Displays of one or a few modules, aligned to the screen or turned, the observers on a line or an arc.
 
     Screens are 'flat', 'convex', 'concave', and 'conical' for a flat one with the conical diffuser, 0.5 to 1.6 m wide
@@ -80,6 +111,14 @@ def displays(draw: DrawFn, *, screens: tuple[str, ...] = _SCREENS, modules: int 
 
     >>> strategy = lfssao.testing.displays(screens=("flat",), texels=16)  # for @given(display=strategy)
     """
+    _check_names("screens", screens, _SCREENS)
+    check_whole("modules", modules, 1, 1000)
+    check_whole("texels", texels, 1, 4096)
+    return _displays(screens, modules, texels)
+
+
+@st.composite
+def _displays(draw: DrawFn, screens: tuple[str, ...], modules: int, texels: int) -> Display:
     screen = draw(st.sampled_from(screens))
     width, height = draw(st.floats(0.5, 1.6)), draw(st.floats(0.3, 1.0))
     z_o, y_o = -draw(st.floats(1.5, 4)), draw(st.floats(-0.3, 0.3))
@@ -104,15 +143,9 @@ def displays(draw: DrawFn, *, screens: tuple[str, ...] = _SCREENS, modules: int 
     return Display("drawn", width, height, y_o, z_o, tuple(lenses), _ROI, diffuser, curvature, arc)
 
 
-@st.composite
 def gbuffers(
-    draw: DrawFn,
-    *,
-    dtype: Any = np.float32,
-    most: int = 24,
-    normals: bool = True,
-    views: SearchStrategy[Any] | None = None,
-) -> Buffers:
+    *, dtype: Any = np.float32, most: int = 24, normals: bool = True, views: SearchStrategy[Any] | None = None
+) -> SearchStrategy[Buffers]:
     """Textures of a view of a few texels: any depth, positions and normals, and texels without a surface.
 
     The textures fit each other where there is no surface, and need not be those of any scene. ``dtype`` is float32 or
@@ -121,6 +154,16 @@ def gbuffers(
 
     >>> strategy = lfssao.testing.gbuffers(most=16)  # for @given(buffers=strategy)
     """
+    if dtype not in ("float32", "float64", np.float32, np.float64):
+        raise InputError(f"dtype is {shown(dtype)}, it must be float32 or float64")
+    check_whole("most", most, 1, 4096)
+    check_type("normals", normals, bool)
+    check_type("views", views, SearchStrategy | None)
+    return _gbuffers(dtype, most, normals, views)
+
+
+@st.composite
+def _gbuffers(draw: DrawFn, dtype: Any, most: int, normals: bool, views: SearchStrategy[Any] | None) -> Buffers:
     if views is None:
         side, half = st.integers(1, most), np.array([[0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, -0.5, 0]])
         modules = displays(modules=1, texels=most).map(lambda display: display.view(0, half))

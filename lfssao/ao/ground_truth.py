@@ -45,6 +45,7 @@ from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import CentredScene
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
+from lfssao.summary import Arrayed, Table, size_of
 
 WEIGHTINGS = ("cosine", "uniform")
 FALLOFFS = ("constant", "linear", "quadratic", "cubic", "shell")
@@ -57,9 +58,9 @@ _BATCH = 65_536
 _CLEAR = 2.0**-21
 
 
-@dataclass(frozen=True, eq=False)
-class GroundTruth:
-    """Ray-cast occlusion of one view.
+@dataclass(frozen=True, eq=False, repr=False)
+class GroundTruth(Arrayed, Table):
+    """Ray-cast occlusion of one view; NumPy takes it for its texture.
 
     Attributes
     ----------
@@ -87,6 +88,13 @@ class GroundTruth:
     error: NDArray[np.float64]
     rays: NDArray[np.int64]
     bent: NDArray[np.float64] | None = None
+
+    def _array(self) -> NDArray[np.float64]:
+        return self.texture
+
+    def _facts(self) -> dict[str, object]:
+        numbers = {"mean": f"{self.texture.mean():.3g}", "largest error": f"{self.error.max():.2g}"}
+        return {"texels": size_of(self.texture), **numbers, "rays": f"{self.rays.sum():,}"}
 
 
 class Occluders:

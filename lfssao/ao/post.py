@@ -7,7 +7,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from lfssao.ao import reference
 from lfssao.ao.kernels import post as post_kernels
-from lfssao.ao.textures import Texture, check_fit, check_texture
+from lfssao.ao.textures import Texture, check_fit, check_texture, plain
 from lfssao.core.arguments import as_number
 from lfssao.errors import InputError, check_type, shown
 
@@ -18,6 +18,7 @@ MAX_SIGMA = 1024.0
 def merge(layers: Sequence[Texture] | Texture) -> Texture:
     """Multi-resolution merge: the maximum over (K, H, W), or K textures (H, W), of several radii (LF section 6).
 
+    An ``Occlusion`` stands for its texture, here and in ``blur`` and ``shade``.
     InputError if there is no texture, their sizes or dtypes differ, a number is NaN, or one is masked.
 
     >>> lfssao.merge([np.float32([[0.2, 0.5]]), np.float32([[0.4, 0.1]])]).tolist()
@@ -26,6 +27,7 @@ def merge(layers: Sequence[Texture] | Texture) -> Texture:
     check_type("layers", layers, Sequence | np.ndarray)
     if len(layers) == 0:
         raise InputError("merge needs at least one texture")
+    layers = [plain(layer) for layer in layers]
     check_texture("layer 0", layers[0], 2)
     for number, layer in enumerate(layers[1:], 1):
         check_fit(f"layer {number}", layer, layers[0])
@@ -67,6 +69,7 @@ def blur(occlusion: Texture, sigma: float) -> Texture:
     >>> lfssao.blur(np.array([[0, 1, 0]], np.float32), sigma=1.0).round(3).tolist()
     [[0.24199999868869781, 0.39899998903274536, 0.24199999868869781]]
     """
+    occlusion = plain(occlusion)
     check_texture("occlusion", occlusion, 2)
     weights = blur_weights(sigma, occlusion.dtype)
     if len(weights) == 1:
@@ -86,6 +89,7 @@ def shade(rgb: Texture, occlusion: Texture) -> Texture:
     >>> lfssao.shade(np.ones((1, 1, 3), np.float32), np.float32([[0.25]])).tolist()
     [[[0.75, 0.75, 0.75]]]
     """
+    occlusion = plain(occlusion)
     check_texture("occlusion", occlusion, 2)
     check_fit("rgb", rgb, occlusion, 3)
     shaded = np.empty(rgb.shape, rgb.dtype)

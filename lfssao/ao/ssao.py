@@ -14,14 +14,15 @@ from lfssao.core.pictures import row_png, visibility_codes
 from lfssao.errors import InputError, check_type, shown
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import WorldToImage, finite_numbers
+from lfssao.summary import Arrayed, Summary, size_of
 
 # Kernels count samples in 32 bits.
 MOST_COUNTED = 2**31 - 1
 
 
-@dataclass(frozen=True, eq=False)
-class Occlusion:
-    """The result of Algorithm 1 or 2.
+@dataclass(frozen=True, eq=False, repr=False)
+class Occlusion(Arrayed, Summary):
+    """The result of Algorithm 1 or 2; NumPy takes it for its texture.
 
     Attributes
     ----------
@@ -39,6 +40,12 @@ class Occlusion:
 
     texture: Texture
     outside: int
+
+    def _array(self) -> Texture:
+        return self.texture
+
+    def _facts(self) -> dict[str, object]:
+        return {"texels": size_of(self.texture), "mean": f"{self.texture.mean():.3g}", "outside": self.outside}
 
     def _repr_png_(self) -> bytes:
         return row_png([visibility_codes(self.texture)])

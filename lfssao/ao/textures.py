@@ -14,13 +14,14 @@ from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.kernels.rays import write_directions
 from lfssao.optics.view import View, WorldToImage
 from lfssao.samples.rotation import check_rotation, texel_turns
+from lfssao.summary import Table, size_of
 
 Texture = NDArray[np.floating[Any]]
 Neighbour = tuple[WorldToImage, Texture]  # mapping and depth texture of another module
 
 
-@dataclass(frozen=True, eq=False)
-class Buffers:
+@dataclass(frozen=True, eq=False, repr=False)
+class Buffers(Table):
     """The textures of one view, guard band included, and the view itself.
 
     Attributes
@@ -58,6 +59,11 @@ class Buffers:
     turns: Texture | None = None
     neighbours: Sequence[Neighbour] = field(default=(), kw_only=True)
 
+    def _facts(self) -> dict[str, object]:
+        names = [name for name in ("depth", "positions", "normals", "turns") if getattr(self, name) is not None]
+        there = {"view": self.view.name, "texels": size_of(self.depth), "textures": " ".join(names)}
+        return {**there, "neighbours": len(self.neighbours)}
+
     def __post_init__(self) -> None:
         check_type("view", self.view, View)
         check_texture("depth", self.depth, 2)
@@ -88,6 +94,11 @@ class Buffers:
         out = np.empty(self.positions.shape, self.depth.dtype)
         write_directions(self.view.rays, np.ravel(self.view.world_from_cast), out)
         return out
+
+
+def plain(texture: Any) -> Any:
+    """The array that an object stands for, such as an ``Occlusion``; all else as it is."""
+    return np.asarray(texture) if hasattr(texture, "__array__") and not isinstance(texture, np.ndarray) else texture
 
 
 def check_texture(name: str, texture: Texture, dimensions: int) -> None:

@@ -20,6 +20,7 @@ from lfssao.optics.kernels.rays import make_rays
 from lfssao.optics.view import View, finite_numbers
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh, Paint, samplers_of
+from lfssao.summary import Summary, size_of
 
 # Rays that one thread hands to Embree at a time: long enough to hide the call, short enough to share the work.
 _CHUNK = 65_536
@@ -30,8 +31,8 @@ CASTERS = ("exact", "embree")
 WRAP_CODES = {"repeat": surface.REPEAT, "mirror": surface.MIRROR, "clamp": surface.CLAMP}
 
 
-@dataclass(frozen=True, eq=False)
-class GBuffer:
+@dataclass(frozen=True, eq=False, repr=False)
+class GBuffer(Summary):
     """The visible surface of a view, one value a texel.
 
     Attributes
@@ -59,6 +60,11 @@ class GBuffer:
     color: NDArray[np.float32] | None
     triangle: NDArray[np.int32]
     normals: NDArray[np.float32] | None = None
+
+    def _facts(self) -> dict[str, object]:
+        names = [name for name in ("depth", "positions", "color", "normals") if getattr(self, name) is not None]
+        surface = f"at {np.mean(self.triangle >= 0):.1%} of the texels"
+        return {"texels": size_of(self.depth), "textures": " ".join(names), "surface": surface}
 
     def _repr_png_(self) -> bytes:
         return pictures.row_png(self.pictures())

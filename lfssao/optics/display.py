@@ -29,6 +29,7 @@ from lfssao.optics.view import (
     inverse_of,
     points_of,
 )
+from lfssao.summary import Summary
 
 # Numbers of a display, with the keys of its file that they come from; numbers of a module.
 _KEYS = {
@@ -83,8 +84,8 @@ class Module:
     k2: float = 0.0
 
 
-@dataclass(frozen=True)
-class Display:
+@dataclass(frozen=True, repr=False)
+class Display(Summary):
     """A light field display.
 
     InputError if the display cannot exist; the message names the key of its file.
@@ -123,6 +124,9 @@ class Display:
     diffuser: str = "linear"
     screen_curvature: float = 0.0
     observer_curvature: float = 0.0
+
+    def _facts(self) -> dict[str, object]:
+        return {"name": self.name, "modules": len(self.modules), "screen": f"{self.screen_width:.3g} m wide"}
 
     def _repr_png_(self) -> bytes:
         from lfssao.optics.top_view import draw_display  # late: only notebooks show it

@@ -16,6 +16,7 @@ from lfssao.core.arguments import check_unmasked, check_whole
 from lfssao.core.files import write_whole
 from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
 from lfssao.rendering.image_file import PARTS, PREFIX, first_line, guard_of, read_image_file, utf8_name
+from lfssao.summary import Arrayed, Table, size_of
 
 _KINDS = {"name": str, "channels": tuple | list, "pixels": np.ndarray, "attributes": Mapping}  # of a part
 _LARGEST = float(np.finfo(np.float32).max)
@@ -24,9 +25,9 @@ _SEAL = "file_sha256"  # the attribute of a file's first part that ``is_sealed``
 _BLANK = "0" * 64
 
 
-@dataclass(frozen=True, eq=False)
-class Part:
-    """One part of an EXR file.
+@dataclass(frozen=True, eq=False, repr=False)
+class Part(Arrayed, Table):
+    """One part of an EXR file; NumPy takes it for its pixels.
 
     Attributes
     ----------
@@ -55,6 +56,13 @@ class Part:
     attributes: Mapping[str, Any] = field(default_factory=dict)
     guard: int = 0
     compression: str = "zip"
+
+    def _array(self) -> NDArray[np.float32]:
+        return self.pixels
+
+    def _facts(self) -> dict[str, object]:
+        named = {"name": self.name, "channels": " ".join(self.channels), "texels": size_of(self.pixels)}
+        return {**named, "guard": self.guard, "attributes": len(self.attributes)}
 
 
 def use_one_thread_a_file() -> None:

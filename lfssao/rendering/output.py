@@ -112,11 +112,16 @@ def _write_picture(job: Job, item: Item, parts: Sequence[Part]) -> dict[str, Any
     """
     if not job.png:
         return {}
-    path, data = job.picture(item), image_png(fromarray(to_codes(parts[0].pixels)))
+    path, data = job.picture(item), shaded_png(parts[0].pixels)
     _remove_device(path)
     if not path.is_file() or path.read_bytes() != data:
         write_whole(path, lambda part: part.write_bytes(data))
     return {"picture": {"file": path.name, "sha256": sha256(data).hexdigest()}}
+
+
+def shaded_png(shaded: NDArray[np.float32]) -> bytes:
+    """Linear colour (H, W, 3) as an 8-bit sRGB picture, a PNG file."""
+    return image_png(fromarray(to_codes(shaded)))
 
 
 def _said(job: Job, item: Item) -> dict[str, str]:

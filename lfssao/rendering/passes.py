@@ -14,6 +14,7 @@ from lfssao.ao import post
 from lfssao.ao.estimators.registry import estimate_radii
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Neighbour
+from lfssao.core.files import write_whole
 from lfssao.core.pictures import image_png
 from lfssao.errors import InputError, check_type
 from lfssao.gbuffer.caster import GBuffer, RayCaster
@@ -29,6 +30,7 @@ from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples.rotation import noise_turns
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
+from lfssao.summary import Summary, Table, listed, size_of
 
 FloatTexture = NDArray[np.float32]
 Made = TypeVar("Made")
@@ -39,8 +41,8 @@ COUNTING = "lf", "lf-neighbours"
 _LAYER_OF = {"ao": "ao", "bent": "bent", "merge": "merged", "blur": "blurred", "shade": "shaded"}
 
 
-@dataclass(frozen=True, eq=False)
-class Textures:
+@dataclass(frozen=True, eq=False, repr=False)
+class Textures(Summary):
     """All textures of one view.
 
     Attributes
@@ -86,16 +88,34 @@ class Textures:
     seconds: dict[str, float]
     bent: tuple[FloatTexture, ...] = ()
 
+    def _facts(self) -> dict[str, object]:
+        surface = f"at {self.surface_texels / self.gbuffer.depth.size:.1%} of the texels"
+        named = {"view": self.view.name, "texels": size_of(self.gbuffer.depth), "layers": " ".join(self.layers)}
+        return {**named, "radii": listed(self.settings.radii), "surface": surface}
+
     @property
     def layers(self) -> tuple[str, ...]:
         """Which layers are kept."""
         return self.settings.kept
 
     def save(self, path: str | Path) -> None:
-        """Write an EXR file as ``lfssao render`` does, a part a layer; InputError if it cannot be written."""
-        from lfssao.rendering.output import exr_parts  # late: it stands above the passes
+        """Write a file as ``lfssao render`` does: .exr, a part a layer, or .png, ``shaded`` in 8-bit sRGB.
 
-        write_exr(path, exr_parts(self))
+        InputError for another ending, for .png if shaded was not kept, and if the file cannot be written.
+        """
+        from lfssao.rendering.output import exr_parts, shaded_png  # late: it stands above the passes
+
+        check_type("path", path, str | Path)
+        ending = Path(path).suffix.lower()
+        if ending == ".exr":
+            write_exr(path, exr_parts(self))
+        elif ending != ".png":
+            raise InputError(f"{path}: it does not end in .exr or .png, the files that textures are written to")
+        elif self.shaded is None:
+            raise InputError(f"{path}: shaded is not among the layers {', '.join(self.layers)}, write an .exr")
+        else:
+            picture = shaded_png(self.shaded)
+            write_whole(Path(path), lambda part: part.write_bytes(picture))
 
     @cached_property
     def image(self) -> FloatTexture:
@@ -222,7 +242,7 @@ def _estimate(buffers: Buffers, radii: Sequence[float], settings: Settings) -> l
     return estimate_radii(settings.estimator, buffers, radii, points, weights, **parameters)
 
 
-class Rendered(Sequence[Textures]):
+class Rendered(Table, Sequence[Textures]):
     """The textures of some modules of a display, each rendered when it is asked for, and not kept."""
 
     def __init__(self, caster: RayCaster, views: Sequence[View], asked: Sequence[tuple[View, ...]], settings: Settings):
@@ -231,6 +251,11 @@ class Rendered(Sequence[Textures]):
 
     def __len__(self) -> int:
         return len(self._views)
+
+    def _facts(self) -> dict[str, object]:
+        first, last = self._views[0], self._views[-1]
+        names = first.name if first is last else f"{len(self)}, {first.name} to {last.name}"
+        return {"views": names, "texels": f"{first.width}x{first.height}", **self._settings._facts()}
 
     def __getitem__(self, number: Any) -> Any:
         """The textures of one of the modules, or a list of those of a slice."""

@@ -26,6 +26,7 @@ from lfssao.gbuffer.embree import require_embree
 from lfssao.samples.rotation import check_noise, check_rotation
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
+from lfssao.summary import Table, listed
 
 # LF merges five radii and does not print them: fractions of the scene's diagonal, each 1.6 to 2 times the last.
 DEFAULT_RADII = (0.01, 0.02, 0.035, 0.06, 0.1)
@@ -58,8 +59,8 @@ def default_radii(mesh: Mesh | str | Path) -> tuple[float, ...]:
     return tuple(fraction * diagonal(mesh) for fraction in DEFAULT_RADII)
 
 
-@dataclass(frozen=True, eq=False)
-class Settings:
+@dataclass(frozen=True, eq=False, repr=False)
+class Settings(Table):
     """Settings of the AO passes.
 
     InputError if there is no radius or no layer, a value is out of its range, a name is unknown, or the estimator does
@@ -123,6 +124,13 @@ class Settings:
     rotation: str | NDArray[np.floating[Any]] | None = None
     rotation_seed: int = 0
     layers: tuple[str, ...] | None = None
+
+    def _facts(self) -> dict[str, object]:
+        samples = "none" if self.samples is None else len(self.samples)
+        rotation = self.rotation if isinstance(self.rotation, str) else "of one's own"
+        given = {"estimator": self.estimator, "radii": listed(self.radii), "samples": samples, "rotation": rotation}
+        options = " ".join(f"{name}={value}" for name, value in self.parameters.items()) or "none"
+        return {**given, "parameters": options, "blur": f"{self.blur:g}", "layers": " ".join(self.kept)}
 
     def __post_init__(self) -> None:
         if not isinstance(self.radii, list | tuple | np.ndarray) or np.ndim(self.radii) != 1:

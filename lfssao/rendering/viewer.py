@@ -32,6 +32,7 @@ from lfssao.optics.view import View, WorldToImage, finite_numbers, inverse_of
 from lfssao.rendering import doubts
 from lfssao.rendering.kernels import light_field as kernels
 from lfssao.rendering.views import chosen_modules
+from lfssao.summary import Arrayed, Summary, size_of
 
 BLENDS = ("nearest", "linear", "gaussian")  # in the order of the kernel's numbers
 
@@ -156,9 +157,9 @@ class LightField:
         return image, dark, seen
 
 
-@dataclass(frozen=True, eq=False)
-class Photograph:
-    """A picture of the screen from an eye.
+@dataclass(frozen=True, eq=False, repr=False)
+class Photograph(Arrayed, Summary):
+    """A picture of the screen from an eye; NumPy takes it for its image.
 
     Attributes
     ----------
@@ -177,6 +178,12 @@ class Photograph:
 
     image: NDArray[np.float32]
     dark: int
+
+    def _array(self) -> NDArray[np.float32]:
+        return self.image
+
+    def _facts(self) -> dict[str, object]:
+        return {"pixels": size_of(self.image), "dark": self.dark}
 
     def _repr_png_(self) -> bytes:
         return pictures.row_png([pictures.light_codes(self.image)], self.image.shape[1])

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.core.pictures import figure_png
+from lfssao.errors import InputError
+from lfssao.summary import Arrayed, Summary
 
 FloatArray = NDArray[np.float64]
 Value = float | int | bool | None  # of a method's option
@@ -18,9 +20,9 @@ Value = float | int | bool | None  # of a method's option
 DIMENSIONS = {"square": 2, "sphere": 3, "ball": 3, "disk": 2}
 
 
-@dataclass(frozen=True, eq=False)
-class SampleSet:
-    """Points of a domain, and the method that made them.
+@dataclass(frozen=True, eq=False, repr=False)
+class SampleSet(Arrayed, Summary):
+    """Points of a domain, and the method that made them; NumPy takes it for its points, unless these have weights.
 
     Attributes
     ----------
@@ -49,6 +51,17 @@ class SampleSet:
     method: str
     seed: int
     promises: tuple[str, ...]
+
+    def _array(self) -> FloatArray:
+        if self.weights is not None:  # they would be lost without a word
+            raise InputError(f"samples of {self.method} have weights: hand over .points, and .weights where they count")
+        return self.points
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def _facts(self) -> dict[str, object]:
+        return {"method": self.method, "domain": self.domain, "points": len(self.points), "seed": self.seed}
 
     def _repr_png_(self) -> bytes:
         from lfssao.samples.plot import draw_samples  # late: only notebooks show it

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from lfssao.core.arguments import as_numbers, check_whole
 from lfssao.errors import InputError, check_type, shown
+from lfssao.summary import Table, listed
 
 FloatArray = NDArray[np.float64]
 Sampler = tuple[str, str, bool]
@@ -76,8 +77,8 @@ def samplers_of(paint: Paint) -> tuple[Sampler, ...]:
     return (REPEATED,) * len(paint.textures) if paint.samplers is None else paint.samplers
 
 
-@dataclass(frozen=True, eq=False)
-class Mesh:
+@dataclass(frozen=True, eq=False, repr=False)
+class Mesh(Table):
     """Triangles in world space.
 
     InputError if vertices are not (V, 3), not finite, beyond ``LARGEST`` or none; if a face names a vertex that does
@@ -114,6 +115,12 @@ class Mesh:
     name: str = "mesh"
     degenerate: int = 0
     notes: tuple[str, ...] = ()
+
+    def _facts(self) -> dict[str, object]:
+        there = {"colour": self.paint is not None, "normals": self.normals is not None}
+        counts = {"name": self.name, "vertices": f"{len(self.vertices):,}", "faces": f"{len(self.faces):,}"}
+        words = {name: "yes" if has else "no" for name, has in there.items()}
+        return {**counts, **words, "size": listed((self.bounds[1] - self.bounds[0]).tolist())}
 
     def __post_init__(self) -> None:
         vertices = np.ascontiguousarray(as_numbers(f"{self.name}: vertices", self.vertices), np.float64)

@@ -14,6 +14,7 @@ from lfssao.ao.textures import Buffers, Neighbour
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import KINDS, View, WorldToImage
 from lfssao.samples.rotation import texel_turns
+from lfssao.summary import Table, arrays_of
 from lfssao.verify.bounds.bounds import Bounds
 
 Array = NDArray[Any]
@@ -27,8 +28,8 @@ VIEW, IMAGES = "view", "images"
 ORTHOGRAPHIC = 2
 
 
-@dataclass(frozen=True, eq=False)
-class Case:
+@dataclass(frozen=True, eq=False, repr=False)
+class Case(Table):
     """One problem and its solution: a small one of the kit, a view that ``lfssao render`` rendered, or plain images.
 
     The first output is the one that counts; the others are steps on the way and can be left out. A view has all its
@@ -44,6 +45,10 @@ class Case:
     inputs: Arrays
     outputs: Arrays  # that are right
     bounds: Mapping[str, Bounds] = field(default_factory=dict)  # by the outputs' names
+
+    def _facts(self) -> dict[str, object]:
+        head = {"name": self.name, "stage": self.stage, "title": self.title}
+        return {**head, "inputs": arrays_of(self.inputs), "outputs": arrays_of(self.outputs)}
 
 
 def described_turns(parameters: Parameters, inputs: Arrays) -> NDArray[np.float32] | None:

@@ -41,11 +41,17 @@ def shown(value: object) -> str:
     return f"{' '.join(repr(value).split()):.60}"
 
 
+def nearest(name: object, choices: Iterable[str]) -> str | None:
+    """The choice that is most like a name, at most a few letters off; None if none is."""
+    alike = {each.lower().replace("_", "-"): each for each in choices}
+    near = difflib.get_close_matches(str(name).lower().replace("_", "-"), alike, 1, 0.75)
+    return alike[near[0]] if near else None
+
+
 def meant(name: object, choices: Iterable[str]) -> str:
     """The question whether the choice that is most like a name was meant; empty if none is like it."""
-    alike = {each.lower().replace("_", "-"): each for each in choices}
-    near = difflib.get_close_matches(str(name).lower().replace("_", "-"), alike, 1, 0.6)
-    return f" (did you mean '{alike[near[0]]}'?)" if near else ""
+    near = nearest(name, choices)
+    return "" if near is None else f" (did you mean '{near}'?)"
 
 
 def no_such(kind: str, name: object, choices: Iterable[str]) -> InputError:

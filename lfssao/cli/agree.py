@@ -31,12 +31,14 @@ def add_to(agree: argparse.ArgumentParser) -> None:
     near = """how far the surface that a view sees may be from a point that it counts as seen, scene units (default: the
         diagonal of all that is seen times 2 / the texels of a row)"""
     add("--same", type=values.positive, metavar="X", help=near)
+    add = agree.add_argument_group("another renderer").add_argument
     mine = (
         "a folder or a file of another renderer for all FOLDERs, or one for each in their order; may be given so often"
     )
     add("--mine", action="append", metavar="FOLDER", help=mine)
     for name, form in (("--map", "MINE=LAYER"), ("--files", "PATTERN=LAYER")):
         add(name, action="append", default=[], metavar=form, help="names of --mine's, as of 'lfssao compare'")
+    add = agree.add_argument_group("rays").add_argument
     add("--truth", action="store_true", help="ray-cast occlusion at the same points, beside the others")
     add(
         "--mesh",
@@ -45,26 +47,27 @@ def add_to(agree: argparse.ArgumentParser) -> None:
     )
     of_own = "the Python file of the estimator of one's own that FOLDERs were made with; it is run"
     add("--estimator", metavar="FILE", help=of_own)
+    add = agree.add_argument_group("reports").add_argument
     picture = "draw the points of the first view, coloured by the deviation of their values (.png, .svg or .pdf)"
     add("--picture", metavar="FILE", help=picture)
-    add("--json", metavar="FILE", help="write all figures as JSON")
+    add("--json", metavar="FILE", help="write all figures as JSON; -: to standard output, in place of the text")
 
 
-def _check(options: argparse.Namespace) -> dict[str, str]:
-    """The rules of --map, by the reference's layers; InputError if options do not go together."""
+def _check(options: argparse.Namespace, rules: dict[str, str]) -> None:
+    """Refuse options that do not go together, and files that cannot be (InputError)."""
     for name, endings in (("json", (".json",)), ("picture", values.PICTURES)):
-        if getattr(options, name) is not None:
-            values.check_target(f"--{name}", Path(getattr(options, name)), endings)
-    rules = {layer: mine for mine, layer in values.pairs("--map", options.map, "MINE=LAYER", 1)}
+        target = getattr(options, name)
+        if target is not None and (name, target) != ("json", "-"):
+            values.check_target(f"--{name}", Path(target), endings)
     if options.mine is None and (rules or options.files):
         raise InputError("--map and --files are of --mine, which is not given")
     if options.mesh is not None and not options.truth and options.mine is None:
         raise InputError("--mesh is of --truth and --mine, and neither is given")
-    return rules
 
 
 def _agree(options: argparse.Namespace) -> None:
-    rules = _check(options)
+    rules = values.rules(options.map, "MINE=LAYER")
+    _check(options, rules)
     if options.estimator is not None:
         from lfssao.ao.estimators.own import read_estimator  # as in cli/estimators.py
 
@@ -101,10 +104,14 @@ def _agree(options: argparse.Namespace) -> None:
         "bugs": bugs and [vars(bug) for bug in bugs.bugs],
         "unexplained": bugs and bugs.unexplained,
     }
-    if options.json is not None:
-        write_text(Path(options.json), json.dumps(said, indent=1, allow_nan=False) + "\n")
     if options.picture is not None:
         _draw(Path(options.picture), shared, read)
+    if options.json is not None:
+        text = json.dumps(said, indent=1, allow_nan=False)
+        if options.json == "-":
+            print(text)
+            return
+        write_text(Path(options.json), f"{text}\n")
     head = f"{len(views)} views, {shared.sought:,} points of their surfaces: {len(shared.points):,} are seen by two"
     print(printable(f"{head} or more, within {shared.same:.3g}, in {shared.pairs:,} pairs of values"))
     for line in _table(options.layer, found):

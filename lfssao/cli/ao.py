@@ -53,7 +53,7 @@ def add_to(ao: argparse.ArgumentParser) -> None:
         data window larger than the display window by N on each side has a guard band of N texels, which AO looks into
         and the output has not."""
     ao.set_defaults(run=_ao)
-    add = ao.add_argument
+    add = ao.add_argument_group("textures, and how they were seen").add_argument
     add("--depth", **_FILE, required=True, help="the layer depth (Z), or the only one of one channel")
     positions = "the layer positions (P.X P.Y P.Z), or the only one of three channels (default: rebuilt from depth)"
     add("--positions", **_FILE, help=positions)
@@ -64,10 +64,13 @@ def add_to(ao: argparse.ArgumentParser) -> None:
     of_view = "the view of such a folder, or the camera of such a set (default: that of the name of the depth's file)"
     add("--view", metavar="NAME", help=of_view)
     several: dict[str, Any] = {"type": lambda text: tuple(map(values.radius, text.split(","))), "metavar": "R,R,..."}
+    add = ao.add_argument_group("occlusion and blur").add_argument
     add("--radii", **several, required=True, help="radii of the sampling ball, world units")
-    add_ao_options(ao)
+    add_ao_options(add)
+    add = ao.add_argument_group("output").add_argument
     add("--layers", type=lambda text: tuple(text.split(",")), metavar="NAME,...", help=_LAYERS)
-    add("-o", "--output", type=Path, required=True, metavar="DIR", help="folder to write to; made if not there")
+    folder = "folder to write to; made if not there (default: out)"
+    add("-o", "--output", type=Path, default=Path("out"), metavar="DIR", help=folder)
 
 
 def _ao(options: argparse.Namespace) -> None:

@@ -12,6 +12,6 @@ BENCHES = {
 def add_to(bench: argparse.ArgumentParser) -> None:
     """Add the benches."""
     bench.description = "Measure what this implementation gets right, and what that costs."
-    benches = bench.add_subparsers(required=True, metavar="BENCH")
+    benches = bench.add_subparsers(metavar="BENCH")
     for name, line in BENCHES.items():
         benches.add_parser(name, help=line, file=f"bench_{name.replace('-', '_')}")

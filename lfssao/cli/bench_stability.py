@@ -15,7 +15,7 @@ def add_to(stability: argparse.ArgumentParser) -> None:
         refused, or has no exact value. Exit code 1 if a case is not as stated."""
     stability.set_defaults(run=_stability)
     stability.add_argument("--all", action="store_true", help="print all rows")
-    stability.add_argument("--json", metavar="FILE", type=Path, help="write the table as JSON, too")
+    stability.add_argument("--json", metavar="FILE", type=Path, help="write the table as JSON, too; -: print that")
     stability.add_argument("--plot", metavar="FILE", type=Path, help=f"draw the whole table: {', '.join(PICTURES)}")
 
 
@@ -25,8 +25,9 @@ def _stability(options: argparse.Namespace) -> int:
     if options.plot is not None:
         check_target("--plot", options.plot, PICTURES)
     rows = [row for case in progress(CASES, unit="case", leave=False) for row in case.rows()]
-    print(report.as_text(rows, options.all))
-    if options.json is not None:
+    printed = str(options.json) == "-"
+    print(report.as_json(rows) if printed else report.as_text(rows, options.all))
+    if options.json is not None and not printed:
         report.write_json(rows, options.json)
     if options.plot is not None:
         report.save_plot(rows, options.plot)

@@ -1,9 +1,9 @@
 """``lfssao compare``: another renderer's textures against a reference."""
 
 import argparse
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from lfssao.cli import values
 from lfssao.cli.terminal import printable, progress, working
@@ -16,7 +16,7 @@ _HELP = {
     "mine": "a folder or a file of the renderer to be judged",
     "reference": "a folder that 'lfssao render' wrote, a kit of 'lfssao kit', a case of one, another folder, or a file",
     "--map": "a layer or channel of MINE is one of REFERENCE, as in ssao.R=merged.AO; may be given several times; "
-    "vis.R=1-merged.AO: it is 1 - occlusion",
+    "vis.R=1-merged.AO: it is 1 - occlusion; 1-ao_1: so is MINE's own ao_1, as of files of one layer",
     "--files": "names of MINE's files: 'frame_{module}_ao.tif=merged', {number} for a module's number, without =LAYER "
     "for files of all layers; may be given several times",
     "--stored": "float32 values of a layer went through a format: half, unorm8, unorm16 or srgb8, or 8-bit colours are "
@@ -32,7 +32,7 @@ _HELP = {
     "--mesh": "the mesh that REFERENCE was rendered of: nine rays a texel into it judge depth and colour, without "
     "exceptions at silhouettes (of an embedded scene it is at hand)",
     "--no-diagnosis": "do not search for the change of the reference that explains a wrong texture",
-    "--json": "write all figures as JSON",
+    "--json": "write all figures as JSON; -: to standard output, in place of the report",
     "--junit": "write JUnit XML: a test suite a module, a test case a layer",
     "--html": "write a page for any browser: a table of all verdicts, and a viewer of both sides and their difference",
     "--picture": "draw the first module that fails or differs (.png, .svg or .pdf)",
@@ -45,23 +45,29 @@ def add_to(compare: argparse.ArgumentParser) -> None:
         what rounding may change, or wrong, where, and why."""
     compare.set_defaults(run=_compare)
 
-    def add(name: str, **more: Any) -> None:
-        compare.add_argument(name, help=_HELP[name], **more)
+    def group(title: str) -> Callable[..., argparse.Action]:
+        add_argument = compare.add_argument_group(title).add_argument
+        return lambda name, **more: add_argument(name, help=_HELP[name], **more)
 
-    add("mine", metavar="MINE")
-    add("reference", metavar="REFERENCE")
+    for name in ("mine", "reference"):
+        compare.add_argument(name, metavar=name.upper(), help=_HELP[name])
+    add = group("names and formats")
     add("--map", action="append", default=[], metavar="MINE=REFERENCE")
     add("--files", action="append", default=[], metavar="PATTERN=LAYER")
     add("--stored", action="append", default=[], metavar="LAYER=FORMAT")
     add("--background", type=float, metavar="VALUE")
+    for name in ("--estimator", "--mesh"):
+        add(name, metavar="FILE")
+    add = group("what is compared, and how")
     add("--layers", metavar="NAME,...")
     add("--cases", metavar="NAME,...")
     add("--exact", action="store_true")
     for name in ("--fail", "--fail-percent"):
         add(name, type=float, default=0.0, metavar="X")
-    add("--no-diagnosis", action="store_true")
     add("--model", default="shader", metavar="NAME")
-    for name in ("--estimator", "--mesh", "--html", "--json", "--junit", "--picture"):
+    add("--no-diagnosis", action="store_true")
+    add = group("reports")
+    for name in ("--html", "--json", "--junit", "--picture"):
         add(name, metavar="FILE")
 
 
@@ -78,7 +84,7 @@ def _compare(options: argparse.Namespace) -> int:
 
         with errors_of("--estimator"):
             read_estimator(options.estimator)
-    rules = {reference: mine for mine, reference in values.pairs("--map", options.map, "MINE=REFERENCE", 1)}
+    rules = values.rules(options.map, "MINE=REFERENCE")
     comparison = Comparison(
         Path(options.mine),
         Path(options.reference),
@@ -102,8 +108,10 @@ def _compare(options: argparse.Namespace) -> int:
         report = comparison.report()
         writers = report.write_html, report.write_json, report.write_junit, report.save_picture
         for name, write in zip(("html", "json", "junit", "picture"), writers, strict=True):
-            if getattr(options, name) is not None:
-                write(Path(getattr(options, name)))
+            target = getattr(options, name)
+            if target is not None and (name, target) != ("json", "-"):
+                write(Path(target))
+    text = report.as_json() if options.json == "-" else str(report)
     with suppress(BrokenPipeError):  # the reader of the text may have gone; the exit code still counts
-        print("\n".join(printable(line) for line in str(report).split("\n")), flush=True)
+        print("\n".join(printable(line) for line in text.split("\n")), flush=True)
     return report.exit_code

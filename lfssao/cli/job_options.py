@@ -1,7 +1,7 @@
 """The options that say what is rendered, from what, how and where to, and the job that they describe."""
 
 import argparse
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -38,7 +38,7 @@ _PLACED = ("eye", "target", "up", "fov")  # of a camera
 _HELP = {
     "scene": "a mesh file (OBJ, PLY, STL, OFF, GLB, ...) or an embedded scene: gallery, turntable (without its "
     "wall), statue, ammonite, armadillo, corner (default: gallery; turntable with --frames N)",
-    "--output": "folder to write to; made if not there, files replaced",
+    "--output": "folder to write to; made if not there, files replaced (default: out)",
     "--texture": "an image for a mesh file with texture coordinates, in place of those that the file names",
     "--display": "a preset, such as c80, or looking-glass-portrait, a quilt of views ('lfssao display' lists them), or "
     "a .toml file (default: sample-a)",
@@ -105,14 +105,14 @@ _AO_OPTIONS: dict[str, dict[str, Any]] = {
 
 
 def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
-    """Add the options of a job to a command; the output folder is required for ``output``."""
-
-    def add(*names: str, **more: Any) -> None:
-        command.add_argument(*names, help=_HELP[names[-1]], **more)
-
+    """Add the options of a job to a command, with ``output`` that of the folder."""
+    add = _helped(command.add_argument)
     add("scene", nargs="?", metavar="SCENE")
-    add("-o", "--output", required=output, metavar="DIR")
+    add = _helped(command.add_argument_group("scene").add_argument)
     add("--texture", metavar="IMAGE")
+    add("--frames", type=values.frames, metavar="N|FILE")
+    add("--filter", default="bilinear", metavar="NAME")
+    add = _helped(command.add_argument_group("views").add_argument)
     add("--display", metavar="NAME")
     add("--modules", type=values.module_range, metavar="A[:B]")
     add("--quilt", type=lambda text: tuple(text.split(",")), metavar="LAYER,...")
@@ -123,25 +123,40 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("--stereo", type=values.positive, metavar="DISTANCE")
     add("--resolution", type=values.resolution, metavar="WxH")
     add("--guard", type=values.guard, default=0, metavar="N")
+    occlusion = command.add_argument_group("occlusion and blur").add_argument
+    add = _helped(occlusion)
     add("--radii", type=values.radii, metavar="R,R,...")
-    add_ao_options(command)
+    add_ao_options(occlusion)
     add("--neighbours", type=values.neighbours, default=0, metavar="K")
-    add("--filter", default="bilinear", metavar="NAME")
+    add = _helped(command.add_argument_group("output").add_argument)
+    if output:
+        add("-o", "--output", default="out", metavar="DIR")
+    else:
+        command.set_defaults(output=None)
     add("--normals", nargs="?", const="geometric", metavar="KIND")
     add("--layers", type=lambda text: tuple(text.split(",")), metavar="NAME,...")
-    add("--caster", default="exact", metavar="NAME")
-    add("--threads", type=values.threads, metavar="N")
-    add("--frames", type=values.frames, metavar="N|FILE")
     add("--single-part", action="store_true")
     add("--png", action="store_true")
     add("--resume", action="store_true")
+    add = _helped(command.add_argument_group("computing").add_argument)
+    add("--caster", default="exact", metavar="NAME")
+    add("--threads", type=values.threads, metavar="N")
     add("--scheduler", type=values.scheduler, metavar="ADDRESS")
 
 
-def add_ao_options(command: argparse.ArgumentParser) -> None:
-    """Add the options of AO and blur, but for the radii, to a command."""
+def _helped(add_argument: Callable[..., Any]) -> Callable[..., None]:
+    """``add_argument`` of a command, or of a group of its options, with the help of each option."""
+
+    def add(*names: str, **more: Any) -> None:
+        add_argument(*names, help=_HELP[names[-1]], **more)
+
+    return add
+
+
+def add_ao_options(add_argument: Callable[..., Any]) -> None:
+    """Add the options of AO and blur, but for the radii, by ``add_argument`` of a group of a command's options."""
     for name, more in _AO_OPTIONS.items():
-        command.add_argument(name, help=_HELP[name], **more)
+        add_argument(name, help=_HELP[name], **more)
 
 
 def job_of(options: argparse.Namespace, threads: int) -> Job:

@@ -18,7 +18,7 @@ from typing import Any, NoReturn
 
 from lfssao import __version__
 from lfssao.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_COMPARED, compiling_shown, say
-from lfssao.errors import InputError, InputWarning, LfssaoError, meant
+from lfssao.errors import InputError, InputWarning, LfssaoError, nearest, no_such
 
 # A command is a file of this folder.
 COMMANDS = {
@@ -36,28 +36,70 @@ COMMANDS = {
     "bench": "measure errors, stability and time",
 }
 
+# Names of options in other programs.
+SYNONYMS = {
+    "tolerance": "--fail", "threshold": "--fail", "atol": "--fail", "epsilon": "--fail", "out": "--output",
+    "outdir": "--output", "output-dir": "--output", "folder": "--output", "size": "--resolution",
+    "width": "--resolution", "height": "--resolution", "spp": "--samples", "sampler": "--sampling",
+    "method": "--sampling", "radius": "--radii", "sigma": "--blur", "noise": "--rotate", "rotation": "--rotate",
+    "jobs": "--threads", "workers": "--threads", "continue": "--resume", "report": "--html", "xml": "--junit",
+    "channels": "--layers", "preset": "--display", "shader": "--like", "plot": "--picture",
+}  # fmt: skip
+
 
 class Parser(argparse.ArgumentParser):
     """A parser that says what is wrong in one sentence, without the usage lines.
 
     ``file`` is the file of this folder whose ``add_to`` adds the options. It is imported when the command is chosen, so
-    that the help of all commands imports none. The text of that name in ``help/`` ends its help.
+    that the help of all commands imports none. The file ``text`` of ``help/``, by default that of the same name, ends
+    its help.
     """
 
-    def __init__(self, file: str = "", **more: Any) -> None:
+    def __init__(self, file: str = "", text: str = "", **more: Any) -> None:
         super().__init__(allow_abbrev=False, **more)
-        self._file, self._text = file, files("lfssao.cli") / "help" / "none"
+        self._file, self._text = file, files("lfssao.cli") / "help" / f"{text or file or 'none'}.txt"
+        self._commands: Any = None
+
+    def add_subparsers(self, **more: Any) -> Any:
+        """As of ``argparse.ArgumentParser``; without a command the help is printed, and the exit code is 2."""
+        self.set_defaults(run=self._without_command)
+        self._commands = super().add_subparsers(**more)
+        return self._commands
+
+    def _without_command(self, _: argparse.Namespace) -> int:
+        self.print_help(sys.stderr)
+        return BAD_INPUT
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As of ``argparse.ArgumentParser``, the command's options added before; what is unknown is refused."""
         if self._file:
             import_module(f"lfssao.cli.{self._file}").add_to(self)
-            self._text, self._file = files("lfssao.cli") / "help" / f"{self._file}.txt", ""
+            self._file = ""
+        self._check_names(list(args))
         options, rest = super().parse_known_args(args, namespace)
         if rest:  # said here, where the command is known
-            near = meant(rest[0], re.findall(r"--[a-z-]+", self.format_usage()))
-            self.error(f"unrecognized arguments: {' '.join(rest)}{near}")
+            self.error(f"unrecognized arguments: {' '.join(rest)}")
         return options, rest
+
+    def _check_names(self, words: list[str]) -> None:
+        """Refuse a command or an option that is not there, before it is said which others are missing."""
+        if self._commands is not None:
+            name = next((word for word in words if not word.startswith("-")), None)
+            if name is not None and name not in self._commands.choices:
+                self.error(str(no_such(self._commands.metavar.lower(), name, self._commands.choices)))
+            return
+        lines = re.findall(r"^  (-.*?)(?:  |$)", super().format_help(), re.MULTILINE)
+        known = {option for line in lines for option in re.findall(r"--[a-z-]+", line)}
+        told = {option.removeprefix("--"): option for option in known}
+        told |= {name: option for name, option in SYNONYMS.items() if option in known and name not in told}
+        for word in words[: words.index("--")] if "--" in words else words:
+            option = word.partition("=")[0]
+            name = option.lstrip("-")
+            short = re.fullmatch("-[a-z-]{2,}", option) and not option.startswith("--")  # -output is no -o utput
+            if (option.startswith("--") and option not in known) or (short and name in told):
+                near = nearest(name, told)
+                hint = "" if near is None else f" (did you mean '{told[near]}'?)"
+                self.error(f"unrecognized arguments: {option}{hint}")
 
     def format_help(self) -> str:
         """As of ``argparse.ArgumentParser``, and the text."""
@@ -68,6 +110,16 @@ class Parser(argparse.ArgumentParser):
         raise InputError(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
 
 
+def command_line() -> Parser:
+    """The parser of all commands."""
+    parser = Parser(prog="lfssao", text="all", description="Screen-space ambient occlusion for light field displays.")
+    parser.add_argument("--version", action="version", version=f"lfssao {__version__}")
+    commands = parser.add_subparsers(metavar="COMMAND")
+    for name, line in COMMANDS.items():
+        commands.add_parser(name, help=line, file=name)
+    return parser
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command, given by what follows ``lfssao`` on the command line (``sys.argv`` by default).
 
@@ -76,14 +128,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     gc.set_threshold(100_000, 50, 50)  # a first run compiles; collecting garbage less often saves a tenth of it
     words = list(sys.argv[1:] if arguments is None else arguments)
+    if words[:1] == ["help"]:
+        words = [*words[1:], "--help"]
     bad_input = NOT_COMPARED if words[:1] == ["compare"] else BAD_INPUT
-    parser = Parser(prog="lfssao", description="Screen-space ambient occlusion for light field displays.")
-    parser.add_argument("--version", action="version", version=f"lfssao {__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name, line in COMMANDS.items():
-        commands.add_parser(name, help=line, file=name)
     try:
-        options = parser.parse_args(_with_negative_values(words))
+        options = command_line().parse_args(_with_negative_values(words))
         options.command = ["lfssao", *words]
         with _interruptible(), _said_once(), compiling_shown():
             code: int | None = options.run(options)
@@ -94,7 +143,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         say("there is not enough memory")
         return bad_input
     except KeyboardInterrupt:
-        say("interrupted; every file that was written is whole")
+        more = "; the same command with --resume goes on" if words[:1] == ["render"] else ""
+        say(f"interrupted; every file that was written is whole{more}")
         return INTERRUPTED
     except BrokenPipeError:  # the reader of the output has gone; Python would complain once more when it exits
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

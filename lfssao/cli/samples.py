@@ -26,9 +26,9 @@ _FILES = ".csv, .txt, .json, .npy or shaders' files, also as a pattern such as '
 def add_to(command: argparse.ArgumentParser) -> None:
     """Add the actions and their options."""
     command.description = "Sample sets on the square, the sphere, the ball and the disk."
-    actions = command.add_subparsers(required=True, metavar="ACTION")
+    actions = command.add_subparsers(metavar="ACTION")
 
-    make = actions.add_parser("make", help="write a sample set as a table")
+    make = actions.add_parser("make", text="samples_make", help="write a sample set as a table")
     make.description = "Write a table that a program or a shader loads. Without METHOD: list the methods."
     make.set_defaults(run=_make)
     make.add_argument("method", nargs="?", metavar="METHOD", help="latin, sobol, repulsion, ...")
@@ -36,7 +36,7 @@ def add_to(command: argparse.ArgumentParser) -> None:
     make.add_argument("--format", default="csv", metavar="NAME", help="csv, json, glsl or npy (default: csv)")
     make.add_argument("-o", "--output", metavar="FILE", help="file to write to (default: standard output)")
 
-    check = actions.add_parser("check", help="check anybody's points against promises")
+    check = actions.add_parser("check", text="samples_check", help="check anybody's points against promises")
     check.description = """Check points against promises such as uniform-ball or latin. Exit code 1 if one is broken.
         Few points cannot tell: give the sets of many seeds, each a file, or an array (seeds, n, d) in one; they are
         pooled for uniform. Without FILE: list the promises."""
@@ -47,7 +47,7 @@ def add_to(command: argparse.ArgumentParser) -> None:
     check.add_argument("--alarm", type=_alarm, default=ALARM, metavar="P", help=alarm)
     _add_shell(check)
 
-    plot = actions.add_parser("plot", help="draw points, histograms, periodogram and pair correlation")
+    plot = actions.add_parser("plot", text="samples_plot", help="draw points, histograms, periodogram, correlation")
     plot.description = """Draw a method's sample set, or the points of files: points, histograms of their coordinates,
         periodogram and its radial mean, pair correlation."""
     plot.set_defaults(run=_plot)

@@ -126,6 +126,17 @@ def pairs(option: str, words: list[str], form: str, key: int) -> list[list[str]]
     return pairs
 
 
+def rules(words: list[str], form: str) -> dict[str, str]:
+    """``--map``: layers and channels, each with the other renderer's name of it, '' for its own as in 1-ao_1."""
+    turned = [word for word in words if word.startswith("1-") and "=" not in word]
+    found = {layer: mine for mine, layer in pairs("--map", [word for word in words if word not in turned], form, 1)}
+    for word in turned:
+        if word in found:
+            raise InputError(f"--map: '{word[:40]}' is given twice")
+        found[word] = ""
+    return found
+
+
 def typed(text: str, kind: type) -> float | int | str | bool:
     """A value of a type: true or false, a whole number, a number, or the text itself."""
     if kind is bool:

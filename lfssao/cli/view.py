@@ -33,6 +33,7 @@ def add_to(view: argparse.ArgumentParser) -> None:
     view.set_defaults(run=_view)
     add = view.add_argument
     add("folder", metavar="DIR", help="a folder that 'lfssao render' wrote, of a display of at least two modules")
+    add = view.add_argument_group("eye").add_argument
     place = "place of the eye along the observer line, metres; the command says how far eyes may go (default: 0)"
     add("--eye-x", type=finite, metavar="X", help=place)
     distance = "metres from the observers to the screen (default: the display's, for which textures are drawn)"
@@ -40,6 +41,7 @@ def add_to(view: argparse.ArgumentParser) -> None:
     orbit = f"""an animation of N frames (even) along the observer line, from the leftmost to the rightmost eye that the
         modules reach from the whole screen, and back (default: {FRAMES})"""
     add("--orbit", type=_even, nargs="?", const=FRAMES, metavar="N", help=orbit)
+    add = view.add_argument_group("picture").add_argument
     named = "picture to write, .png; with --orbit .png, .gif or .webp, animated (default: DIR/eye.png or orbit.png)"
     add("-o", "--output", metavar="FILE", help=named)
     page = """write a page without network instead, on which the eye moves by mouse and keys and AO is switched; it

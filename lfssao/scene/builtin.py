@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.errors import InputError, check_choice, check_type
+from lfssao.errors import InputError, check_choice, check_type, meant
 from lfssao.scene.mesh import Mesh, Paint
 
 BUILTIN = ("gallery", "turntable", "statue", "ammonite", "armadillo", "corner")
@@ -62,7 +62,9 @@ def find_scene(scene: str | Path | Mesh, texture: str | Path | None = None) -> M
         check_type("mesh", scene, Mesh)
         return scene
     if not Path(scene).suffix and not os.path.exists(scene):  # Path's raises where a name is too long
-        raise InputError(f"{scene}: there is no such file, and no embedded scene of that name ({', '.join(BUILTIN)})")
+        near = meant(scene, BUILTIN)
+        there = ", ".join(BUILTIN)
+        raise InputError(f"{scene}: there is no such file, and no embedded scene of that name ({there}){near}")
     from lfssao.scene.load import load_scene  # late: trimesh takes 0.4 s to import, and embedded scenes need none
 
     return load_scene(scene, texture)

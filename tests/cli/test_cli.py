@@ -6,6 +6,7 @@ import os
 import pty
 import re
 import select
+import shlex
 import shutil
 import signal
 import struct
@@ -13,6 +14,7 @@ import subprocess
 import sys
 import termios
 import time
+from importlib.resources import files
 from io import StringIO
 
 import numpy as np
@@ -22,7 +24,7 @@ from jobs import manifest_of, python, render, sentence
 
 from lfssao import __version__
 from lfssao.cli.bench import BENCHES
-from lfssao.cli.main import COMMANDS, main
+from lfssao.cli.main import COMMANDS, command_line, main
 from lfssao.cli.terminal import progress
 
 SMALL = ["statue", "--resolution", "64x48"]
@@ -83,7 +85,7 @@ FILES = {"line\nbreak.obj": "", "fine.obj": TRIANGLE, "b.png": "garbage"}
     (["statue", "--resolution", "45000x45000"], "GB of memory"),
     (["statue", "extra"], "extra"),
     (["statue", "--nope"], "--nope"),
-    (["statue", "--sampli", "latin"], "--sampli latin (did you mean '--sampling'?) (see lfssao render --help)"),
+    (["statue", "--sampli", "latin"], "--sampli (did you mean '--sampling'?) (see lfssao render --help)"),
     (["statue", "--samples"], "--samples: expected one argument"),
     (["statue", "--texture", "a.png"], "--texture: the embedded scene statue takes none"),
     (["statue", "--camera", "--display", "virtual"], "--display does not go with --camera"),
@@ -126,10 +128,18 @@ def test_huge_requests_are_refused_before_memory_is_taken(capsys, tmp_path):
 
 def test_commands_without_their_words(capsys):
     for words, part in (
-        ([], "COMMAND"),
-        (["paint"], "'paint' (choose from"),
-        (["render", "statue"], "-o/--output"),
+        (["paint"], "there is no command 'paint': choose one of render, "),
+        (["rendr", "statue"], "there is no command 'rendr' (did you mean 'render'?): choose one of "),
+        (["samples", "mak"], "there is no action 'mak' (did you mean 'make'?): choose one of make, check, plot"),
+        (["bench", "stabilty"], "there is no bench 'stabilty' (did you mean 'stability'?)"),
+        (["help", "rendr"], "did you mean 'render'"),
+        (["ao", "--depth", "d.exr"], "are required: --buffers, --radii"),
+        (["ao", "--dept", "d.exr"], "unrecognized arguments: --dept (did you mean '--depth'?)"),
         (["render", "statue", "-o", ""], "--output is empty"),
+        (["render", "-output", "a"], "unrecognized arguments: -output (did you mean '--output'?)"),
+        (["render", "-out", "a"], "unrecognized arguments: -out (did you mean '--output'?)"),
+        (["render", "--radius=1%"], "unrecognized arguments: --radius (did you mean '--radii'?)"),
+        (["render", "--verbose"], "unrecognized arguments: --verbose (see lfssao render --help)"),
     ):
         assert main(words) == 2
         assert part in sentence(capsys)
@@ -167,6 +177,12 @@ def test_refused_command_leaves_a_folder_as_it_was(capsys, tmp_path):
     assert (tmp_path / "module_000.exr").read_text() == "mine"
 
 
+def test_the_folder_has_a_default(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["render", *SMALL, "--modules", "10"]) == 0
+    assert "module_010.exr" in os.listdir(tmp_path / "out")
+
+
 def test_name_of_a_scene_wins_over_a_folder(tmp_path, monkeypatch):
     # `lfssao render statue -o statue` makes such a folder; it must work twice.
     monkeypatch.chdir(tmp_path)
@@ -196,6 +212,74 @@ def test_every_command_has_help(capsys, words):
         main([*words, "--help"])
     assert caught.value.code == 0
     assert f"usage: {' '.join(['lfssao', *words])}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("words", [[], ["samples"], ["bench"]])
+def test_without_a_command_the_help_is_printed(capsys, words):
+    assert main(words) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith(f"usage: {' '.join(['lfssao', *words])}")
+
+
+@pytest.mark.parametrize("words", [[], ["render"], ["samples", "make"]])
+def test_help_is_a_command_too(capsys, words):
+    with pytest.raises(SystemExit) as caught:
+        main(["help", *words])
+    assert caught.value.code == 0
+    said = capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        main([*words, "--help"])
+    assert capsys.readouterr().out == said
+
+
+HELPS = sorted((files("lfssao.cli") / "help").iterdir(), key=lambda path: path.name)
+
+
+@pytest.mark.parametrize("path", HELPS, ids=lambda path: path.name)
+def test_examples_of_helps_are_commands(path):
+    """Each line that begins with two spaces and lfssao is one, up to two spaces or a comment."""
+    lines = re.findall(r"^  (lfssao (?:[^ \n#]| (?=\S))+)", path.read_text(), re.MULTILINE)
+    assert lines
+    for line in lines:
+        words = shlex.split(line.removesuffix(" ...").replace("$TASK", "0"))[1:]
+        given = [*words, "--radii", "1", "--buffers", "B"] if line.endswith("...") else words
+        assert words[0] == "help" or callable(command_line().parse_args(given).run)
+
+
+def test_every_help_has_an_example():
+    of_commands = {*COMMANDS, "all", *(f"samples_{name}" for name in ("make", "check", "plot"))} - {"samples", "bench"}
+    assert {path.name for path in HELPS} == {
+        f"{name}.txt" for name in (*of_commands, *(f"bench_{name.replace('-', '_')}" for name in BENCHES))
+    }
+
+
+@pytest.mark.parametrize(("words", "option"), [
+    ("compare a b --tolerance 0.1", "--fail"), ("compare a b --threshold=1", "--fail"),
+    ("compare a b --tolerence 1", "--fail"),
+    ("render --size 5x5", "--resolution"), ("render --spp 4", "--samples"), ("render --outdir a", "--output"),
+    ("render --smaples 4", "--samples"), ("render --Radii 1", "--radii"), ("render --bluur 1", "--blur"),
+    ("view out --eyex 1", "--eye-x"), ("ao --normal n", "--normals"), ("samples make latin --sead 1", "--seed"),
+])  # fmt: skip
+def test_an_option_that_may_be_meant_is_named(capsys, words, option):
+    assert main(words.split()) in (2, 4)
+    assert f"(did you mean '{option}'?)" in sentence(capsys)
+
+
+@pytest.mark.parametrize(
+    "words", ["render --tolerance 1", "render --foo", "compare a b --gamma 2", "view out --fps 24"]
+)
+def test_no_option_is_named_that_is_far_from_it(capsys, words):
+    assert main(words.split()) in (2, 4)
+    assert "did you mean" not in sentence(capsys)
+
+
+def test_options_stand_in_groups(capsys):
+    for command, titles in (("render", ("views", "occlusion and blur", "output")), ("compare", ("reports",))):
+        with pytest.raises(SystemExit):
+            main([command, "--help"])
+        said = capsys.readouterr().out
+        assert [title for title in titles if f"\n{title}:\n  -" not in said] == []
 
 
 def test_version_and_help_of_all_commands_import_none():
@@ -376,5 +460,7 @@ def test_interrupt_inside_a_callback_from_llvm_is_not_lost(monkeypatch, capsys):
     monkeypatch.setattr("lfssao.cli.render._render", hold)
     assert main(["render", "-o", "nowhere"]) == 130
     assert done == ["called", "returned"]
-    assert capsys.readouterr().err == "lfssao: interrupted; every file that was written is whole\n"
+    assert capsys.readouterr().err == (
+        "lfssao: interrupted; every file that was written is whole; the same command with --resume goes on\n"
+    )
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

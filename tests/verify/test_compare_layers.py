@@ -1,5 +1,6 @@
 """Files and channels that ``lfssao compare`` finds: formats, names, rules, sizes and types."""
 
+import re
 import shutil
 import zlib
 from dataclasses import replace
@@ -27,7 +28,7 @@ def image(dtype):
 
 
 @pytest.mark.parametrize(("ending", "mine", "right", "code", "words"), [
-    ("exr", exr(2), exr(3), 3, "there is no channel for P.Z"),
+    ("exr", exr(2), exr(3), 3, "there is no channel for P.Z: it has positions.P.X, positions.P.Y"),
     ("exr", exr(3), exr(2), 1, "P.Z is not in the reference"),
     ("exr", exr(1), exr(1, width=6), 3, "it has 5x4 texels, the reference's has 6x4"),
     # A cropped data window is no smaller image.
@@ -42,6 +43,32 @@ def test_textures_of_another_shape_or_type_are_not_converted(tmp_path, capsys, e
     right(files[1])
     assert compare(*files) == code
     assert words in capsys.readouterr().out
+
+
+def test_visibility_in_a_file_of_its_own_needs_no_name(tmp_path, reference):
+    """And by another name it has one; a layer that is none of the reference is named with those that are."""
+    for module in MODULES:
+        for layer in ("ao_1", "merged"):
+            np.save(tmp_path / f"{module}_{layer}.npy", 1 - single(reference, module, layer)[..., 0])
+    chosen = ["--layers", "ao_1,merged"]
+    assert compare(tmp_path, reference, *chosen) == 2
+    assert compare(tmp_path, reference, *chosen, "--map", "1-ao_1", "--map", "1-merged") in (0, 1)
+    assert compare(tmp_path, reference, *chosen, "--map", "1-ao_1") == 2
+    rules = {"1-ao_1": "", "1-merged": "merged"}
+    assert lfssao.compare(tmp_path, reference, layers=["ao_1", "merged"], rules=rules).exit_code in (0, 1)
+
+
+@pytest.mark.parametrize(("words", "sentence"), [
+    (["--layers", "mergd"], "there is no layer or channel of the reference 'mergd' (did you mean 'merged'?): choose "
+     "one of depth, positions, color, ao_1, ao_2, merged, blurred, shaded"),
+    (["--map", "1-ao_9"], "there is no layer or channel of the reference 'ao_9'"),
+    (["--map", "x=1-ao_1", "--map", "1-ao_1"], "--map: '1-ao_1' is given twice"),
+    (["--map", "ao_1=1-ao_1", "--map", "a=ao_1"], "--map: a layer is given twice"),
+    (["--map", "1-depth"], "--map: depth has no visibility"),
+])  # fmt: skip
+def test_names_that_the_reference_does_not_have_are_refused_with_those_it_has(reference, capsys, words, sentence):
+    assert compare(reference, reference, *words) == 4
+    assert sentence in capsys.readouterr().err
 
 
 def test_one_file_a_layer_in_other_formats(tmp_path, reference):
@@ -128,7 +155,8 @@ def test_a_missing_layer_is_said_with_what_may_be_it(tmp_path, capsys, reference
     sentence = "if it is one of ssao.ssao.R, say so by --map, such as --map ssao.ssao.R=merged.AO"
     assert f"module_004, merged: there is no such layer; {sentence}" in capsys.readouterr().out
     assert compare(mine, reference, "--map", "nothing=merged", "--layers", "merged") == 2
-    assert "merged: there is no layer or channel 'nothing', which --map names" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert re.search("merged: there is no layer or channel 'nothing', which --map names: it has .*depth.Z", out)
     (tmp_path / "other").mkdir()
     shutil.copy(reference / "module_004.exr", tmp_path / "other" / "frame.exr")
     assert compare(tmp_path / "other", reference) == 2

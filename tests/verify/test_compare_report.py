@@ -36,6 +36,14 @@ def test_json_holds_every_figure(tmp_path, reference, failing):
     assert wrong["worst"][0]["mine"] == ["nan"]
 
 
+def test_json_can_be_all_that_is_printed(tmp_path, capsys):
+    for name in "ab":
+        np.save(tmp_path / f"{name}.npy", np.float32([[0.5]]))
+    assert compare(tmp_path / "a.npy", tmp_path / "b.npy", "--json", "-", "--html", tmp_path / "a.html") == 0
+    assert json.loads(capsys.readouterr().out)["results"][0]["verdict"] == "equal bits"
+    assert (tmp_path / "a.html").exists()
+
+
 def test_a_report_is_true_where_mine_conforms(tmp_path):
     for name, value in (("a", 0.5), ("b", 0.25)):
         np.save(tmp_path / f"{name}.npy", np.float32([[value]]))

@@ -61,10 +61,14 @@ def _badness(row: Row) -> tuple[int, float, float]:
     return list(_COLORS).index(row.verdict), m.rms or m.error if m else 0.0, m.flipped if m else 0.0
 
 
+def as_json(rows: Iterable[Row]) -> str:
+    """All rows as JSON, null for an infinity, where no bound is known."""
+    return json.dumps({"rows": [asdict(row, dict_factory=_finite) for row in rows]}, indent=1, allow_nan=False)
+
+
 def write_json(rows: Iterable[Row], path: Path) -> None:
-    """Write all rows, null for an infinity, where no bound is known; InputError if the file cannot be written."""
-    data = {"rows": [asdict(row, dict_factory=_finite) for row in rows]}
-    write_text(path, json.dumps(data, indent=1, allow_nan=False) + "\n")
+    """Write ``as_json`` to a file; InputError if it cannot be written."""
+    write_text(path, f"{as_json(rows)}\n")
 
 
 def _finite(fields: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import numpy as np
 from lfssao.core.arguments import as_number
 from lfssao.core.memory import check_available
 from lfssao.core.threads import ahead
-from lfssao.errors import InputError, check_type, shown
+from lfssao.errors import InputError, check_type, no_such, shown
 from lfssao.verify.bounds.error_model import OF_KITS, find_model
 from lfssao.verify.bounds.registry import has_bounds
 from lfssao.verify.bounds.stored import LINEAR
@@ -176,7 +176,7 @@ class Comparison:
         self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
         self._panels: Panels | None = None
         self._textures = _kept(exact) if page else None
-        self._named: set[str] = set()
+        self._named: dict[str, str] = {}  # names of layers and channels of the reference, with the layer's
         self._unbounded: str | None = None
         self._without: set[str] = set()  # layers that differ, and whose intervals a missing layer would give
 
@@ -191,7 +191,7 @@ class Comparison:
         except InputError as error:
             self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))
             return
-        self._named |= {name for layer in reference for name in layer.names}
+        self._named |= {name: layer.name for layer in reference for name in layer.names}
         if not parts:
             detail = f"{self._mine.path} has no file of it, such as {module}.exr or {module}_LAYER.npy"
             self._results.append(Result(module, "", Verdict.MISSING, detail))
@@ -348,9 +348,9 @@ class Comparison:
     def report(self) -> Report:
         """The report on the modules that were added; InputError if a rule or layer names nothing of the reference."""
         if self._named:
-            for name in (*(self._wanted or ()), *self._storage.rules, *self._storage.formats):
+            for name in (*(self._wanted or ()), *self._storage.named, *self._storage.formats):
                 if name not in self._named:
-                    raise InputError(f"the reference has no layer or channel '{name}'")
+                    raise no_such("layer or channel of the reference", name, dict.fromkeys(self._named.values()))
         notes = self._notes
         if self._without:
             names = ", ".join(sorted(self._without))

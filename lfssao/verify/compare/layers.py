@@ -133,7 +133,8 @@ class Matcher:
         for channel, candidates in zip(layer.channels, found, strict=True):
             if len(candidates) != 1:
                 what = "there is no channel" if not candidates else "there are two channels"
-                raise MismatchError(f"{what} for {_full(layer.name, channel)}")
+                there = "" if candidates else f": it has {self._some(self._all)}"
+                raise MismatchError(f"{what} for {_full(layer.name, channel)}{there}")
         chosen = [candidates[0] for candidates in found]
         self._used.update(chosen)
         margins = {c.part.margins for c in chosen}
@@ -159,13 +160,16 @@ class Matcher:
         """Why a layer was not found, in a sentence that names channels which may be it; called at last."""
         ruled = [self._rules[name] for name in layer.names if name in self._rules]
         if ruled:
-            return f"there is no layer or channel '{ruled[0]}', which --map names"
-        left = self.unused()
+            return f"there is no layer or channel '{ruled[0]}', which --map names: it has {self._some(self._all)}"
+        left = [c for c in self._all if c not in self._used]
         if not left:
-            return "there is no such layer"
-        some = ", ".join(left[:_FEW]) + (", ..." if len(left) > _FEW else "")
-        rule = f"{left[0]}={_full(layer.name, layer.channels[0])}"
-        return f"there is no such layer; if it is one of {some}, say so by --map, such as --map {rule}"
+            return f"there is no such layer, it has {self._some(self._all)}"
+        rule = f"{left[0].title}={_full(layer.name, layer.channels[0])}"
+        return f"there is no such layer; if it is one of {self._some(left)}, say so by --map, such as --map {rule}"
+
+    def _some(self, channels: Sequence[_Channel]) -> str:
+        """Titles of the first of some channels."""
+        return ", ".join(c.title for c in channels[:_FEW]) + (", ..." if len(channels) > _FEW else "")
 
     def _by_rule(self, layer: Layer) -> list[list[_Channel]] | None:
         """Candidates of each channel where ``--map`` names the layer or any of its channels, else None."""
@@ -260,6 +264,8 @@ class Storage:
         self._turned = set(self.rules) - set(rules)
         if len(self.rules) < len(rules):
             raise InputError("--map: a layer is given twice, by itself and as 1 - it")
+        self.named = set(self.rules)
+        self.rules = {name: mine for name, mine in self.rules.items() if mine}  # '' is found by its own name
 
     def read(self, mine: Layer, right: Layer) -> Layer:
         """A layer as float32, with how it was stored; MismatchError for types that are not what the user says."""

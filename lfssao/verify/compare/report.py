@@ -244,9 +244,13 @@ class Report:
             ],
         }
 
+    def as_json(self) -> str:
+        """``as_dict`` as JSON."""
+        return json.dumps(self.as_dict(), indent=1, allow_nan=False)
+
     def write_json(self, path: Path) -> None:
-        """Write ``as_dict`` to a file; InputError if it cannot be written."""
-        write_text(path, json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n")
+        """Write ``as_json`` to a file; InputError if it cannot be written."""
+        write_text(path, f"{self.as_json()}\n")
 
     def write_junit(self, path: Path) -> None:
         """Write JUnit XML, a test suite a module, a test case a stage; InputError if it cannot be written."""

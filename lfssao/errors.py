@@ -44,7 +44,7 @@ def shown(value: object) -> str:
 def nearest(name: object, choices: Iterable[str]) -> str | None:
     """The choice that is most like a name, at most a few letters off; None if none is."""
     alike = {each.lower().replace("_", "-"): each for each in choices}
-    near = difflib.get_close_matches(str(name).lower().replace("_", "-"), alike, 1, 0.75)
+    near = difflib.get_close_matches(str(name).lower().replace("_", "-"), alike, 1, 0.7)
     return alike[near[0]] if near else None
 
 

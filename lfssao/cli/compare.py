@@ -22,7 +22,7 @@ _HELP = {
     "--stored": "float32 values of a layer went through a format: half, unorm8, unorm16 or srgb8, or 8-bit colours are "
     "linear, as in shaded=unorm8; depth=linear: distances along a camera's axis; may be given several times",
     "--background": "value of MINE's depth and positions where there is no surface (default: infinity)",
-    "--layers": "compare these layers of REFERENCE only (default: all)",
+    "--layers": "compare these layers of REFERENCE only; ao: those of all radii (default: all)",
     "--cases": "compare these cases of a kit only (default: all)",
     "--exact": "fail where bits differ",
     "--fail": "pass texels that differ from REFERENCE by no more, in the texture's unit or in codes (default: 0)",

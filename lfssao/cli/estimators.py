@@ -14,7 +14,7 @@ from lfssao.ao.estimators.registry import ESTIMATORS, check_samples, find_estima
 from lfssao.cli import values
 from lfssao.errors import InputError, errors_of
 from lfssao.rendering.image_file import ENDINGS, Size, read_noise
-from lfssao.samples import make_samples
+from lfssao.rendering.settings import drawn_samples
 from lfssao.samples.formats import read_points
 
 TEMPLATES = "sum", "fold"
@@ -180,24 +180,9 @@ def read_samples(
     The entry has the method, 'own' for a set that is the estimator's, 'file' for one of a file. Raises InputError if
     the method is unknown, the file holds no such samples, or the estimator takes no samples, or none in the ball.
     """
-    if estimator.dimensions == 0 and (method, count, seed) != (None, None, None):
-        raise InputError(f"--samples, --sampling, --seed: estimator {estimator.name} takes no samples")
-    if isinstance(count, Path):
+    if isinstance(count, Path) and estimator.dimensions:
         if method is not None or seed is not None:
             raise InputError(f"--samples: {count} has the samples, and a --sampling or a --seed would make others")
         given, weights = _samples_of(estimator, count)
         return {"method": "file", "count": len(given), "seed": 0}, given, weights
-    n = estimator.count if count is None else count
-    if method is None and (seed is None or estimator.sampling is None):
-        if seed is not None:
-            raise InputError(f"--seed: estimator {estimator.name} has samples of its own: give a --sampling too")
-        with errors_of("--samples"):
-            points, weights = estimator.default_samples(n)
-        own = "own" if estimator.sampling is None else estimator.sampling
-        return {"method": own, "count": 0 if points is None else len(points), "seed": 0}, points, weights
-    if estimator.dimensions != 3:
-        raise InputError(f"--sampling: estimator {estimator.name} does not take samples in the ball")
-    method, seed = (estimator.sampling or "latin") if method is None else method, seed or 0
-    with errors_of("--sampling"):
-        points = make_samples(method, n, seed)
-    return {"method": method, "count": n, "seed": seed}, points, None
+    return drawn_samples(estimator, method, count, seed)

@@ -25,11 +25,10 @@ from lfssao.optics.view import View, seen_rows, without_guard
 from lfssao.rendering import contact, doubts
 from lfssao.rendering.exr import write_exr
 from lfssao.rendering.neighbours import DepthCache
-from lfssao.rendering.settings import Settings, default_radii
+from lfssao.rendering.settings import Settings, settings_of
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples.rotation import noise_turns
 from lfssao.scene.builtin import find_scene
-from lfssao.scene.mesh import Mesh
 from lfssao.summary import Summary, Table, listed, size_of
 
 FloatTexture = NDArray[np.float32]
@@ -269,24 +268,50 @@ class Rendered(Table, Sequence[Textures]):
 
 
 def render(
-    mesh: Mesh | str | Path,
-    display: Display | Quilt | str | Path,
+    mesh: Any,
+    display: Display | Quilt | str | Path = "sample-a",
     settings: Settings | None = None,
     modules: Sequence[int] | None = None,
     threads: int = 1,
+    **words: Any,
 ) -> Rendered:
     """Return the textures of a display's modules, or of a quilt's views, each rendered when it is asked for.
 
-    Mesh and display are objects, names or files (``find_scene``, ``find_views``). By default settings are those of
-    ``Settings`` with ``default_radii``, and all modules are rendered. Threads are those of the ray caster; numba's are
-    set by ``numba.set_num_threads``. InputWarning for what is probably not meant (``lfssao.rendering.doubts``).
-    InputError if a module does not exist or the mesh leaves float32 in physical space.
+    Parameters
+    ----------
+    mesh : Mesh, str, Path, trimesh's mesh or scene, or pair of arrays
+        A scene's name, a mesh file, or what ``find_scene`` takes.
+    display : Display, Quilt, str or Path
+        A preset, a file, or what ``find_views`` makes.
+    settings : Settings, optional
+        By default those of the words.
+    modules : sequence of int, optional
+        Numbers of modules or views; all by default.
+    threads : int
+        Threads of the ray caster; numba's are set by ``numba.set_num_threads``.
+    words : keywords
+        Those of ``lfssao render``, with its defaults and its bits: ``radii``, numbers or per cent such as '1%';
+        ``samples``, their number or offsets; ``sampling``; ``seed``; and all of ``Settings``. Not with ``settings``.
 
-    >>> textures = render("statue", "sample-a", modules=[10])
+    Raises
+    ------
+    InputError
+        If a module does not exist, an argument is wrong, or the mesh leaves float32 in physical space.
+
+    Warns
+    -----
+    InputWarning
+        Where something is probably not meant (``lfssao.rendering.doubts``).
+
+    Examples
+    --------
+    >>> textures = render("statue", radii=["1%"], samples=16, sampling="jittered", seed=7, modules=[10])
     >>> textures[0].save("module_010.exr")  # doctest: +SKIP
     """
     mesh, display = find_scene(mesh), find_views(display)
-    settings = Settings(default_radii(mesh)) if settings is None else settings
+    if settings is not None and words:
+        raise InputError(f"settings are given, and {', '.join(words)}: dataclasses.replace(settings, ...) changes some")
+    settings = settings_of(mesh, **words) if settings is None else settings
     check_type("settings", settings, Settings)
     views = module_views(mesh, display, modules)
     doubts.warn(doubts.of_display(display))

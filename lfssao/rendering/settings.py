@@ -1,8 +1,8 @@
 """Settings of the AO passes: radii, samples, estimator, layers."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from math import sqrt
+from dataclasses import dataclass, field, fields
+from math import inf, nan, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +19,11 @@ from lfssao.ao.estimators.registry import (
     full_parameters,
 )
 from lfssao.ao.ssao import check_radius
-from lfssao.core.arguments import check_seed, check_whole
+from lfssao.core.arguments import as_whole, check_seed, check_whole
 from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
 from lfssao.gbuffer.caster import CASTERS, COLOR_FILTERS, NORMALS
 from lfssao.gbuffer.embree import require_embree
+from lfssao.samples import make_samples
 from lfssao.samples.rotation import check_noise, check_rotation
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
@@ -216,3 +217,78 @@ class Settings(Table):
         if not needed.isdisjoint(("ao", "bent")) and self._reads_normals:
             needed.add("normals")
         return tuple(name for name in LAYERS if name in needed)
+
+
+def drawn_samples(
+    estimator: Estimator, method: str | None, count: object, seed: int | None
+) -> tuple[dict[str, Any], NDArray[np.float64] | None, NDArray[np.float64] | None]:
+    """The samples of a method, number and seed, each None for the estimator's: manifest's entry, points and weights.
+
+    The entry has the method, 'own' for a set that is the estimator's. InputError if there is no such method, or the
+    estimator takes no samples, none in the ball, or none of a seed.
+    """
+    own = f"estimator {estimator.name}"
+    if estimator.dimensions == 0 and (method, count, seed) != (None, None, None):
+        raise InputError(f"samples, sampling, seed: {own} takes no samples")
+    n = estimator.count if count is None else check_whole("samples", count, 1)
+    if method is None and (seed is None or estimator.sampling is None):
+        if seed is not None:
+            raise InputError(f"seed: {own} has samples of its own: give a sampling too")
+        with errors_of("samples"):
+            points, weights = estimator.default_samples(n)
+        name = "own" if estimator.sampling is None else estimator.sampling
+        return {"method": name, "count": 0 if points is None else len(points), "seed": 0}, points, weights
+    if estimator.dimensions != 3:
+        raise InputError(f"sampling: {own} does not take samples in the ball")
+    method, seed = (estimator.sampling or "latin") if method is None else method, seed or 0
+    with errors_of("sampling"):
+        points = make_samples(method, n, seed)
+    return {"method": method, "count": n, "seed": seed}, points, None
+
+
+def settings_of(
+    mesh: Mesh,
+    radii: Any = None,
+    samples: Any = None,
+    sampling: str | None = None,
+    seed: int | None = None,
+    **others: Any,
+) -> Settings:
+    """Settings by the words of ``lfssao render``, by default of its values: the same bits.
+
+    Radii are numbers in scene units or per cent of the mesh's diagonal, such as '1%'. Samples are their number, or
+    offsets; sampling is a method of the ball, and seed that of samples and turns. Others are those of ``Settings``.
+    """
+    for name in others:
+        check_choice("setting", name, [*(each.name for each in fields(Settings)), "sampling", "seed"])
+    if isinstance(radii, str) or not (radii is None or np.iterable(radii)):
+        raise InputError(f"radii is {shown(radii)}, expected a list of numbers, or of per cent such as '1%'")
+    lengths = default_radii(mesh) if radii is None else tuple(_radius_of(each, mesh) for each in radii)
+    seed = None if seed is None else check_seed("seed", seed)
+    estimator = find_estimator(others.get("estimator", "lf"))
+    given = samples is not None and as_whole(samples) is None  # a set of one's own
+    rotation = others.get("rotation")
+    turning = isinstance(rotation or estimator.rotation, str) and (rotation or estimator.rotation) == "hash"
+    of_samples = None if turning and sampling is None and (given or estimator.sampling is None) else seed
+    if given and (sampling, of_samples) != (None, None):
+        raise InputError("samples is a set, and a sampling or a seed would make another")
+    points, weights = samples, others.pop("weights", None)
+    if not given:
+        _, points, own = drawn_samples(estimator, sampling, samples, of_samples)
+        weights = own if weights is None else weights
+    others = {"rotation_seed": seed or 0, **others}
+    return Settings(radii=lengths, samples=points, weights=weights, **others)
+
+
+def _radius_of(radius: Any, mesh: Mesh) -> float:
+    """A radius in scene units, of a number or a text in per cent of the mesh's diagonal; InputError if it is none."""
+    if not isinstance(radius, str):
+        check_radius(radius)
+        return float(radius)
+    try:
+        number = float(radius.removesuffix("%")) if radius.endswith("%") else nan
+    except ValueError:
+        number = nan
+    if not 0 <= number < inf:
+        raise InputError(f"radius is {shown(radius)}, expected a number or per cent such as '1%'")
+    return number / 100 * diagonal(mesh)

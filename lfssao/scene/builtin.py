@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.errors import InputError, check_choice, check_type, meant
+from lfssao.errors import InputError, check_choice, meant
 from lfssao.scene.mesh import Mesh, Paint
 
 BUILTIN = ("gallery", "turntable", "statue", "ammonite", "armadillo", "corner")
@@ -46,21 +46,36 @@ def builtin_scene(name: str = "gallery") -> Mesh:
     return Mesh(arrays["vertices"], faces, paint, name=name)
 
 
-def find_scene(scene: str | Path | Mesh, texture: str | Path | None = None) -> Mesh:
-    """The embedded scene of a name, the mesh of a file (``load_scene``), or the mesh itself.
+def find_scene(scene: Any, texture: str | Path | None = None) -> Mesh:
+    """The embedded scene of a name, the mesh of a file (``load_scene``), or of an object.
 
-    A name of ``BUILTIN`` wins over a folder of that name. InputError if there is none, or a texture does not fit.
+    Objects are a ``Mesh``, a mesh or a scene of trimesh with its colours, vertices (V, 3) and faces (F, 3) as a pair,
+    or anything that has these two as attributes. A name of ``BUILTIN`` wins over a folder of that name. InputError if
+    there is none, or a texture does not fit.
 
     >>> find_scene("statue").name
     'statue'
+    >>> len(find_scene(trimesh.creation.box()).faces)
+    12
     """
     if isinstance(scene, str) and scene in BUILTIN:
         if texture is not None:
             raise InputError(f"--texture: the embedded scene {scene} takes none")
         return builtin_scene(scene)
-    if not isinstance(scene, str | Path):
-        check_type("mesh", scene, Mesh)
+    if not isinstance(scene, str | Path) and texture is not None:
+        raise InputError("texture: it is for a mesh file")
+    if isinstance(scene, Mesh):
         return scene
+    if type(scene).__module__.split(".")[0] == "trimesh":
+        from lfssao.scene.load import convert_scene  # late, as below
+
+        return convert_scene(scene)
+    if not isinstance(scene, str | Path):
+        pair = (scene.vertices, scene.faces) if hasattr(scene, "vertices") and hasattr(scene, "faces") else scene
+        if not isinstance(pair, tuple | list) or len(pair) != 2:
+            wanted = "expected a Mesh, a scene's name, a mesh file, a mesh of trimesh, or vertices and faces"
+            raise InputError(f"mesh is of type {type(scene).__name__}, {wanted}")
+        return Mesh(pair[0], pair[1])
     if not Path(scene).suffix and not os.path.exists(scene):  # Path's raises where a name is too long
         near = meant(scene, BUILTIN)
         there = ", ".join(BUILTIN)

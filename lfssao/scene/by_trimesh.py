@@ -31,7 +31,18 @@ def read_by_trimesh(path: Path, data: bytes, assets: Assets) -> list[Part]:
     # process=False: trimesh would merge vertices and renumber faces.
     given = mesh_loaders[kind](file_obj=io.BytesIO(data), file_type=kind, resolver=assets, process=False)
     given = {"process": False, **given}
-    scene = trimesh.load_scene(given)
+    return _parts_of(path, trimesh.load_scene(given), given, assets)
+
+
+def take_scene(scene: Any, assets: Assets) -> list[Part]:
+    """Return the parts of a mesh or a scene; none of what holds no triangles."""
+    if isinstance(scene, trimesh.Trimesh):
+        scene = trimesh.Scene(scene)
+    return _parts_of(Path("trimesh"), scene, {}, assets) if isinstance(scene, trimesh.Scene) else []
+
+
+def _parts_of(path: Path, scene: Any, given: Any, assets: Assets) -> list[Part]:
+    """The parts of a scene, and the normals that were given with them."""
     placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
     meshes = [(scene.geometry[name], transform, name) for transform, name in placed]
     meshes = [each for each in meshes if isinstance(each[0], trimesh.Trimesh) and len(each[0].faces)]

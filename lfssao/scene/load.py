@@ -7,7 +7,7 @@ from pathlib import Path
 from lfssao.core.files import check_file
 from lfssao.errors import InputError, check_type
 from lfssao.scene.assets import Assets, reason_of
-from lfssao.scene.by_trimesh import read_by_trimesh
+from lfssao.scene.by_trimesh import read_by_trimesh, take_scene
 from lfssao.scene.gltf import read_gltf
 from lfssao.scene.images import read_image
 from lfssao.scene.mesh import Mesh
@@ -61,6 +61,17 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
             part.image = None if part.uv is None else assets.given
         part.check(str(path))
     return Mesh(**join(parts), name=str(path), notes=tuple(assets.notes()))
+
+
+def convert_scene(scene: object) -> Mesh:
+    """Return all triangles of a mesh or a scene of trimesh, with their colours; InputError if there are none."""
+    assets = Assets(Path())  # of no file
+    parts = take_scene(scene, assets)
+    if not parts:
+        raise InputError(f"mesh is of type {type(scene).__name__} of trimesh, it holds no triangles")
+    for part in parts:
+        part.check("trimesh")
+    return Mesh(**join(parts), name="trimesh", notes=tuple(assets.notes()))
 
 
 def _read(path: Path, assets: Assets) -> list[Part]:

@@ -1,12 +1,17 @@
 """Calls from Python: names and files in place of objects, and one sentence on an argument of another type."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+import trimesh
 from jobs import render as render_files
 
 import lfssao
+from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.optics.display_file import display_text
+from lfssao.rendering.settings import settings_of
 
 MESH, DISPLAY = lfssao.builtin_scene("statue"), lfssao.find_display("sample-a").with_resolution(40, 24)
 VIEW = lfssao.module_views(MESH, DISPLAY, [10])[0]
@@ -41,9 +46,68 @@ WRONG = {
         *TEXTURES, np.ones((1, 3)), VIEW.world_to_image, 1.0
     ),
     r"radius is array\(": lambda: lfssao.algorithm2(*TEXTURES, MAPPING, 1.0, np.ones((1, 3))),
+    "mesh is of type int, expected a Mesh, a scene's name, a mesh file": lambda: lfssao.render(5),
+    "mesh is of type PointCloud of trimesh": lambda: lfssao.render(trimesh.PointCloud([[0.0, 0, 0]])),
+    "mesh is of type tuple": lambda: lfssao.render((1, 2, 3)),
+    r"mesh: vertices have shape \(1,\), expected \(V, 3\)": lambda: lfssao.render((1, 2)),
+    "texture: it is for a mesh file": lambda: lfssao.find_scene(MESH, "a.png"),
+    "there is no setting 'radius' \\(did you mean 'radii'": lambda: lfssao.render(MESH, radius=[1]),
+    "radii is '1%', expected a list of numbers, or of per cent": lambda: lfssao.render(MESH, radii="1%"),
+    "radius is 'x', expected a number or per cent": lambda: lfssao.render(MESH, radii=["x"]),
+    "radius is '-1%', expected": lambda: lfssao.render(MESH, radii=["-1%"]),
+    "samples is 0, it must be a whole number": lambda: lfssao.render(MESH, samples=0),
+    "estimator lf: samples is '8', expected numbers": lambda: lfssao.render(MESH, samples="8"),
+    "did you mean 'jittered'": lambda: lfssao.render(MESH, sampling="jitered"),
+    "seed is -1": lambda: lfssao.render(MESH, seed=-1),
+    "samples is a set, and a sampling or a seed": lambda: lfssao.render(MESH, samples=np.eye(3), sampling="latin"),
+    "samples, sampling, seed: estimator sao takes no samples": lambda: lfssao.render(MESH, estimator="sao", seed=3),
+    "settings are given, and blur": lambda: lfssao.render(MESH, settings=lfssao.Settings((0.1,)), blur=2),
     "no embedded scene of that name": lambda: lfssao.render("stature", "sample-a"),
     r"modules \[3, 21\]": lambda: lfssao.render("statue", "sample-a", modules=[3, 21]),
 }
+
+
+def small(**words):
+    return lfssao.render(MESH, DISPLAY.with_resolution(100, 60), modules=[10], **words)[0]
+
+
+def test_words_of_the_command_give_its_bits(tmp_path):
+    words = ["--radii", "3%,0.2", "--samples", "16", "--sampling", "jittered", "--seed", "7", "--blur", "2"]
+    words += ["--resolution", "100x60", "--modules", "10"]
+    render_files(tmp_path, "statue", *words)
+    theirs = lfssao.read_exr(tmp_path / "module_010.exr")
+    ours = small(radii=["3%", 0.2], samples=16, sampling="jittered", seed=7, blur=2.0)
+    for name, texture in (("ao_1", ours.ao[0]), ("ao_2", ours.ao[1]), ("blurred", ours.blurred)):
+        assert np.array_equal(theirs[name].pixels[..., 0], texture)
+    assert not np.array_equal(small(radii=["3%"], samples=16, sampling="jittered", seed=8).merged, ours.ao[0])
+
+
+@pytest.mark.parametrize(("words", "line"), [
+    ({}, ""), ({"seed": 5}, "--seed 5"), ({"estimator": "sao"}, "--estimator sao"),
+    ({"estimator": "hemisphere", "samples": 6, "seed": 3}, "--estimator hemisphere --samples 6 --seed 3"),
+    ({"rotation": "none", "samples": 4}, "--rotate none --samples 4"),
+])  # fmt: skip
+def test_settings_are_those_of_the_command(monkeypatch, tmp_path, words, line):
+    made = []
+    monkeypatch.setattr("lfssao.cli.render.run", lambda job, *_: made.append(job.settings) or (None for _ in ()))
+    assert main(["render", "statue", "-o", str(tmp_path), *line.split()]) == 0
+    ours = settings_of(MESH, **words)
+    for name, value in vars(made[0]).items():
+        assert np.array_equal(getattr(ours, name), value), name
+
+
+def test_the_display_has_a_default_and_meshes_many_forms():
+    rendered = lfssao.render("statue")
+    assert (len(rendered), rendered._views[0].width) == (21, lfssao.find_display("sample-a").modules[0].width)
+    box = trimesh.creation.box()
+    box.visual.vertex_colors = [255, 0, 0, 255]
+    moved = trimesh.Scene()
+    moved.add_geometry(box, transform=trimesh.transformations.translation_matrix([5, 0, 0]))
+    assert lfssao.find_scene(moved).bounds.tolist() == [[4.5, -0.5, -0.5], [5.5, 0.5, 0.5]]
+    assert lfssao.find_scene(box).paint.vertex_colors[0].tolist() == [1, 0, 0]
+    pair = box.vertices.tolist(), box.faces.tolist()
+    for thing in (box, pair, list(pair), SimpleNamespace(vertices=pair[0], faces=pair[1])):
+        assert np.array_equal(lfssao.find_scene(thing).faces, box.faces)
 
 
 @pytest.mark.parametrize("said", WRONG)

@@ -54,6 +54,8 @@ def test_visibility_in_a_file_of_its_own_needs_no_name(tmp_path, reference):
     assert compare(tmp_path, reference, *chosen) == 2
     assert compare(tmp_path, reference, *chosen, "--map", "1-ao_1", "--map", "1-merged") in (0, 1)
     assert compare(tmp_path, reference, *chosen, "--map", "1-ao_1") == 2
+    assert compare(tmp_path, reference, "--layers", "merged", "--map", "1-ao", "--map", "1-merged") in (0, 1)
+    assert compare(tmp_path, reference, "--layers", "ao_1", "--map", "1-ao") in (0, 1)
     rules = {"1-ao_1": "", "1-merged": "merged"}
     assert lfssao.compare(tmp_path, reference, layers=["ao_1", "merged"], rules=rules).exit_code in (0, 1)
 
@@ -64,11 +66,23 @@ def test_visibility_in_a_file_of_its_own_needs_no_name(tmp_path, reference):
     (["--map", "1-ao_9"], "there is no layer or channel of the reference 'ao_9'"),
     (["--map", "x=1-ao_1", "--map", "1-ao_1"], "--map: '1-ao_1' is given twice"),
     (["--map", "ao_1=1-ao_1", "--map", "a=ao_1"], "--map: a layer is given twice"),
+    (["--map", "x=ao"], "there is no layer or channel of the reference 'ao': choose one of depth"),
     (["--map", "1-depth"], "--map: depth has no visibility"),
 ])  # fmt: skip
 def test_names_that_the_reference_does_not_have_are_refused_with_those_it_has(reference, capsys, words, sentence):
     assert compare(reference, reference, *words) == 4
     assert sentence in capsys.readouterr().err
+
+
+def test_ao_stands_for_all_radii(tmp_path, reference):
+    report = lfssao.compare(reference, reference, layers=["ao"], stored={"ao": "half"})
+    assert {result.layer for result in report.results} == {"ao_1", "ao_2"}
+    for module in MODULES:
+        for layer in ("ao_1", "ao_2"):
+            half = single(reference, module, layer).astype(np.float16).astype(np.float32)
+            np.save(tmp_path / f"{module}_{layer}.npy", half[..., 0])
+    assert lfssao.compare(tmp_path, reference, layers=["ao"], diagnosis=False).exit_code == 2
+    assert lfssao.compare(tmp_path, reference, layers=["ao"], stored={"ao": "half"}).exit_code in (0, 1)
 
 
 def test_one_file_a_layer_in_other_formats(tmp_path, reference):

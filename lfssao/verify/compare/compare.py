@@ -20,7 +20,7 @@ from lfssao.verify.case import VIEW, Array, Arrays, Case
 from lfssao.verify.compare.agreement import parts_of
 from lfssao.verify.compare.background import with_background, without_background
 from lfssao.verify.compare.files import Files
-from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, without_intervals
+from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, group_of, is_asked, without_intervals
 from lfssao.verify.compare.linear import check_camera, with_distances
 from lfssao.verify.compare.neighbours import Neighbours
 from lfssao.verify.compare.picture import WORST_RANK, Panels
@@ -66,7 +66,7 @@ def compare(
     rules : mapping, optional
         Layers or channels of the reference, or '1-merged' for visibility, each with the other renderer's name of it.
     layers : sequence of str, optional
-        Compare these layers of the reference only.
+        Compare these layers of the reference only; 'ao' stands for those of all radii.
     cases : sequence of str, optional
         Compare these cases of a kit only.
     exact : bool
@@ -201,7 +201,7 @@ class Comparison:
             self._unbounded = name
         matcher = Matcher(parts, reference, self._storage.rules)
         found = self._found(module, matcher, reference)
-        wanted = [layer for layer in reference if self._wanted is None or layer.name in self._wanted]
+        wanted = [layer for layer in reference if is_asked(layer.name, self._wanted)]
         if self._storage.formats.get("depth") == LINEAR:
             check_camera(case)
         try:
@@ -348,8 +348,9 @@ class Comparison:
     def report(self) -> Report:
         """The report on the modules that were added; InputError if a rule or layer names nothing of the reference."""
         if self._named:
+            groups = {group_of(layer) for layer in self._named.values()} - self._storage.rules.keys()
             for name in (*(self._wanted or ()), *self._storage.named, *self._storage.formats):
-                if name not in self._named:
+                if name not in self._named and name not in groups:
                     raise no_such("layer or channel of the reference", name, dict.fromkeys(self._named.values()))
         notes = self._notes
         if self._without:

@@ -85,6 +85,16 @@ def is_occlusion(name: str) -> bool:
     return re.fullmatch("ao(_[0-9]+)?|merged|blurred", name) is not None
 
 
+def group_of(name: str) -> str:
+    """The name that stands for the layers of all radii: ao of ao_1, bent of bent_1; else the name itself."""
+    return re.sub("^(ao|bent)_[0-9]+$", r"\1", name)
+
+
+def is_asked(name: str, wanted: Sequence[str] | None) -> bool:
+    """Whether a layer is among those that are wanted, by its name or its group's; all are by None."""
+    return wanted is None or name in wanted or group_of(name) in wanted
+
+
 def without_intervals(names: Sequence[str]) -> set[str]:
     """The layers of a rendered module whose intervals are not known, as layers that they are made of are missing."""
     bent = () if "normals" in names else ("bent_",)
@@ -270,10 +280,10 @@ class Storage:
     def read(self, mine: Layer, right: Layer) -> Layer:
         """A layer as float32, with how it was stored; MismatchError for types that are not what the user says."""
         name, (kind, *others) = right.name, {plane.dtype.name for plane in mine.planes}
-        visibility, occlusion = not self._turned.isdisjoint(right.names), is_occlusion(name)
+        visibility, occlusion = not self._turned.isdisjoint((*right.names, group_of(name))), is_occlusion(name)
         if visibility and not occlusion:
             raise InputError(f"--map: {name} has no visibility, occlusion alone has (ao_1, ..., merged, blurred)")
-        word, said = "float", self.formats.get(name)
+        word, said = "float", self.formats.get(name, self.formats.get(group_of(name)))
         if occlusion or name in (*_COLORS, "depth"):
             word = "srgb8" if kind == "uint8" and name in _COLORS else _OF_TYPE.get(kind, word)
         elif kind == "float16" and name.startswith(_DIRECTIONS):

@@ -25,7 +25,11 @@ class InputError(LfssaoError, ValueError):
 
 
 class InputWarning(UserWarning):
-    """Something that was handed in is allowed and is probably not meant; the command line prints it as one sentence."""
+    """Something that was handed in is allowed and is probably not meant; the command line prints it as one sentence.
+
+    >>> issubclass(lfssao.InputWarning, UserWarning)
+    True
+    """
 
 
 class MissingPackageError(LfssaoError, ImportError):

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, SupportsIndex, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -242,7 +242,12 @@ def _estimate(buffers: Buffers, radii: Sequence[float], settings: Settings) -> l
 
 
 class Rendered(Table, Sequence[Textures]):
-    """The textures of some modules of a display, each rendered when it is asked for, and not kept."""
+    """The textures of some modules of a display, each rendered when it is asked for, and not kept.
+
+    >>> rendered = lfssao.render("corner", lfssao.find_display("virtual").with_resolution(64, 48))
+    >>> len(rendered), rendered[0].view.name
+    (1, 'module_000')
+    """
 
     def __init__(self, caster: RayCaster, views: Sequence[View], asked: Sequence[tuple[View, ...]], settings: Settings):
         self._caster, self._views, self._asked, self._settings = caster, views, asked, settings
@@ -256,7 +261,11 @@ class Rendered(Table, Sequence[Textures]):
         names = first.name if first is last else f"{len(self)}, {first.name} to {last.name}"
         return {"views": names, "texels": f"{first.width}x{first.height}", **self._settings._facts()}
 
-    def __getitem__(self, number: Any) -> Any:
+    @overload
+    def __getitem__(self, number: SupportsIndex) -> Textures: ...
+    @overload
+    def __getitem__(self, number: slice) -> list[Textures]: ...
+    def __getitem__(self, number: Any) -> Textures | list[Textures]:
         """The textures of one of the modules, or a list of those of a slice."""
         if isinstance(number, slice):
             return [self[k] for k in range(len(self))[number]]

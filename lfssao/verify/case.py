@@ -36,6 +36,10 @@ class Case(Table):
     textures, in the order of the passes. Bounds of outputs are for a renderer within the error model of shading
     languages; an output without must have equal bits. A view has those of depth and colour from the mesh, if it is
     known; bounds of the later textures depend on what the renderer made (``lfssao.verify.bounds.view``).
+
+    >>> case = lfssao.testing.make_case("merge_three")
+    >>> case.stage, case.inputs["layers"].shape, list(case.outputs)
+    ('merge', (3, 12, 16), ['merged'])
     """
 
     name: str  # in the kit's folder, reports and tests

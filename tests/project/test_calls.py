@@ -1,10 +1,12 @@
 """Calls from Python: names and files in place of objects, and one sentence on an argument of another type."""
 
 from types import SimpleNamespace
+from typing import get_overloads, get_type_hints
 
 import numpy as np
 import pytest
 import trimesh
+from jobs import python
 from jobs import render as render_files
 
 import lfssao
@@ -108,6 +110,20 @@ def test_the_display_has_a_default_and_meshes_many_forms():
     pair = box.vertices.tolist(), box.faces.tolist()
     for thing in (box, pair, list(pair), SimpleNamespace(vertices=pair[0], faces=pair[1])):
         assert np.array_equal(lfssao.find_scene(thing).faces, box.faces)
+
+
+def test_checkers_see_textures_and_public_rooms_come_with_the_package():
+    number, part = get_overloads(lfssao.Rendered.__getitem__)
+    found = [get_type_hints(each)["return"] for each in (number, part)]
+    assert found == [lfssao.Textures, list[lfssao.Textures]]
+    assert isinstance(lfssao.render("statue"), lfssao.Rendered)
+    assert issubclass(lfssao.InputWarning, UserWarning)
+    script = """import lfssao
+assert {"testing", "samples", "viz", "Rendered", "Case", "InputWarning"} <= set(dir(lfssao))
+assert callable(lfssao.testing.assert_sampler)
+assert callable(lfssao.samples.sample_set)
+assert callable(lfssao.viz.explore)"""
+    python("-c", script)
 
 
 @pytest.mark.parametrize("said", WRONG)

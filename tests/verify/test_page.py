@@ -4,12 +4,15 @@ import re
 import tomllib
 from base64 import b64decode
 from dataclasses import replace
+from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
+from time import sleep
 
 import numpy as np
 import pytest
 from compare_folders import LAYERS, MODULES, changed, compare, poke, single, with_a_wrong_code
+from jobs import manifest_of
 from PIL import Image
 from selenium.webdriver.common.action_chains import ActionChains, ScrollOrigin
 from selenium.webdriver.common.keys import Keys
@@ -262,3 +265,62 @@ def test_a_display_of_wrong_modules_is_less_than_20_mb(tmp_path, monkeypatch, re
     said = {words: n for n, words in re.findall(r"(\d+) (?:wrong )?textures? ha\w+ (a preview only|no picture)", text)}
     counts = {"a preview only": len(full) - sum(full), "no picture": count - len(full)}
     assert said == {words: str(count) for words, count in counts.items() if count}
+
+
+def test_it_says_how_both_were_made_and_which_files_were_read(browser, page, mine, reference):
+    opened(browser, page)
+    facts = dict(zip(texts(browser, ".facts dt"), texts(browser, ".facts dd"), strict=True))
+    settings, command = (manifest_of(reference)[key] for key in ("settings", "machine"))
+    assert facts["compared"].endswith(f"UTC, by lfssao {lfssao.__version__}")
+    assert facts["command"].split() == command["command"]
+    assert [float(r) for r in facts["radii"].removesuffix(" world units").split(", ")] == pytest.approx(
+        settings["radii"], rel=1e-5
+    )
+    for folder in (mine, reference):
+        for path in folder.glob("module_*.exr"):
+            assert facts[str(path)] == f"SHA-256 {sha256(path.read_bytes()).hexdigest()}"
+
+
+def test_failures_alone_are_shown_on_demand(browser, page):
+    opened(browser, page)
+    rows = browser.find_elements("css selector", ".verdicts tbody tr")
+    assert [row.is_displayed() for row in rows] == [True] * len(rows)
+    browser.find_element("id", "failures").click()
+    assert [row.text.split()[0] for row in rows if row.is_displayed()] == ["module_004"]
+    cells = [link.text for link in browser.find_elements("css selector", ".verdicts td a") if link.is_displayed()]
+    assert cells
+    assert all("outside" in text for text in cells)
+
+
+def test_mine_and_the_reference_blink(browser, page):
+    opened(browser, page)
+    caption = browser.find_elements("css selector", "#pictures figcaption")[1]
+    assert caption.text == "reference"
+    press = browser.find_element("css selector", "[data-key=B]").click
+    press()
+    WebDriverWait(browser, 10, 0.1).until(lambda _: caption.text == "mine")
+    WebDriverWait(browser, 10, 0.1).until(lambda _: caption.text == "reference")
+    WebDriverWait(browser, 10, 0.1).until(lambda _: caption.text == "mine")
+    press()
+    assert caption.text == "reference"
+    sleep(0.7)  # more than a blink
+    assert caption.text == "reference"
+
+
+def test_a_histogram_counts_texels_inside_and_outside(browser, page):
+    opened(browser, page)
+    titles = [bar.get_attribute("title") for bar in browser.find_elements("css selector", "#histogram div > span")]
+    counts = np.array([[int(n) for n in re.findall(r"(\d+) (?:inside|outside)", title)] for title in titles])
+    assert counts.sum(axis=0).tolist() == [0, 1]
+    inside, outside = textures._counts(np.array([[0, 1, 120, 121, 240, 241]], np.uint8))
+    assert (inside, outside) == ([1, *[0] * 22, 1], [1, *[0] * 22, 1])
+
+
+def test_it_fits_a_telephone(browser, page):
+    opened(browser, page)
+    size = {"width": 390, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        assert browser.execute_script("return document.documentElement.scrollWidth") <= 390
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

@@ -19,6 +19,7 @@ from lfssao.verify.bounds.stored import LINEAR
 from lfssao.verify.case import VIEW, Array, Arrays, Case
 from lfssao.verify.compare.agreement import parts_of
 from lfssao.verify.compare.background import with_background, without_background
+from lfssao.verify.compare.facts import Facts, facts_of
 from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, group_of, is_asked, without_intervals
 from lfssao.verify.compare.linear import check_camera, with_distances
@@ -371,7 +372,13 @@ class Comparison:
             notes=tuple(notes),
             panels=self._panels,
             textures=self._textures,
+            facts=() if self._textures is None else self._facts(),
         )
+
+    def _facts(self) -> Facts:
+        """What a page says beside its verdicts; the digests are of files that hold a module that was asked for."""
+        mine = [file.path for name in self.modules for file in self._mine.files[name]]
+        return facts_of(self._reference.manifest, [*mine, *(self._reference.files[name] for name in self.modules)])
 
 
 def _kept(exact: bool) -> "Textures":

@@ -72,6 +72,8 @@ class Report:
         The panels of the difference picture.
     textures : Textures or None
         The textures of the page; None where it was not asked for.
+    facts : tuple of (str, str)
+        Names and words of the page: when, which version, how the reference was rendered, digests of files.
 
     Examples
     --------
@@ -91,6 +93,7 @@ class Report:
     notes: tuple[str, ...] = ()
     panels: Panels | None = None
     textures: "Textures | None" = None
+    facts: tuple[tuple[str, str], ...] = ()
 
     @property
     def exit_code(self) -> int:
@@ -146,15 +149,14 @@ class Report:
         yield ""
         yield from _table(self.summary())
         failing = [r for r in self.results if self.code(r) > WARNING and not _is_missing(r)]
-        shared = [cause for cause in self.causes if len(cause.places) > 1]
+        explained = {place for cause in self.causes for place in cause.places}
         for result in failing[:_MOST_LINES]:
             yield f"{result.place}: {result.sentence}"
             yield from (f"  {found.words(part)}" for part, found in result.agreement.items())
-            if result.diagnosis is not None and not any(result.place in cause.places for cause in shared):
+            if result.diagnosis is not None and result.place not in explained:
                 yield f"  {result.diagnosis.words(result.module)}"
         if len(failing) > _MOST_LINES:
             yield f"... and {len(failing) - _MOST_LINES} more"
-        yield from (cause.words for cause in shared)
         shown = max((r for r in self.results if r.worst), key=self.code, default=None)
         if shown is not None and (self.code(shown) > SAME or self.exit_code <= WARNING):
             yield f"worst texels (column, row) of {shown.place}:"
@@ -169,6 +171,7 @@ class Report:
         first = self.first_difference
         if first is not None:
             yield f"first that differs: {first.place} ({first.verdict.title})"
+        yield from (f"diagnosis: {cause.words}" for cause in self.causes)
         yield self.outcome
 
     def _power_lines(self) -> Iterator[str]:

@@ -146,6 +146,33 @@ function choose(column, row) {
   show();
 }
 
+// Bars of a histogram: texels inside below, those outside above them.
+function bars(counts) {
+  const rows = counts[0].map((inside, k) => [inside, counts[1][k]]);
+  const most = Math.log1p(Math.max(...rows.map(([inside, outside]) => inside + outside))) || 1;
+  find("#histogram").hidden = !rows.flat().some((count) => count);
+  find("#histogram div").replaceChildren(...rows.map(([inside, outside], k) => {
+    const bar = document.createElement("span"), all = inside + outside, part = document.createElement("span");
+    const ends = [k, k + 1].map((n) => texture.low * (texture.high / texture.low) ** (n / rows.length));
+    bar.title = `${ends.map((v) => v.toPrecision(2)).join(" to ")}: ${inside} inside, ${outside} outside`;
+    bar.style.height = `${100 * Math.log1p(all) / most}%`;
+    part.style.height = `${100 * outside / (all || 1)}%`;
+    bar.append(part);
+    return bar;
+  }));
+}
+
+// Mine in the place of the reference and back, twice a second, until the key is pressed again.
+let blinking = 0;
+
+function blink() {
+  clearInterval(blinking);
+  const canvas = canvases[1], caption = find("figcaption", canvas.parentElement);
+  const show = (name) => { canvas.dataset.picture = caption.textContent = name; draw(); };
+  if (blinking) [blinking] = [0, show("reference")];
+  else blinking = setInterval(() => show(canvas.dataset.picture === "mine" ? "reference" : "mine"), 500);
+}
+
 // Open the texture that the address names, else the first that fails.
 async function open() {
   const [module, layer, place] = location.hash.slice(1).split("/"), ticket = ++opened;
@@ -162,6 +189,7 @@ async function open() {
     if (texture) {
       find("header", article).after(viewer);
       canvases.forEach((canvas) => { canvas.style.aspectRatio = `${texture.width} / ${texture.height}`; });
+      bars(texture.counts);
       find("#ends").textContent = `logarithmic, ${+texture.low.toPrecision(3)} to ${+texture.high.toPrecision(3)}`;
       if (!same) { texel = null; fit(); }
     }
@@ -196,6 +224,7 @@ function press(key, shift) {
   else if (key === "-") zoom(1 / 1.5, ...held);
   else if (key === "0") fit();
   else if (/^[np]$/i.test(key)) next(/n/i.test(key) ? 1 : -1);
+  else if (/^b$/i.test(key)) blink();
   else return false;
   draw();
   return true;
@@ -217,6 +246,9 @@ for (const canvas of canvases) {
     choose(view.left + event.offsetX / view.zoom, view.top + event.offsetY / view.zoom);
   });
 }
+find("#failures")?.addEventListener("change", (event) => {
+  find(".verdicts").classList.toggle("failures", event.target.checked);
+});
 // A link to where the address is already leads back there; the pictures get the keys of what was opened by a link.
 document.addEventListener("click", (event) => {
   if (location.hash && event.target.closest?.("a")?.hash === location.hash) open();

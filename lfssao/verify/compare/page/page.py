@@ -38,6 +38,7 @@ def page_text(report: "Report", textures: Textures) -> str:
         policy=f"default-src 'none'; img-src data:; style-src {_hash(style)}; script-src {_hash(script)}",
         layers=sorted({result.layer for result in report.results}, key=stage_order),
         cells=cells,
+        kinds={shown["kind"] for shown in results},
         results=results,
         warnings=[*report.weak_stages(), *report.notes],
         first=next((shown for shown in results if shown["result"] is first), None),

@@ -21,6 +21,7 @@ FULL, ALL = 10_000_000, 18_000_000
 # Codes of a difference: 0 equal bits, then magnitudes inside and outside the interval, then NaN or infinity.
 _STEPS = 120
 _NOT_FINITE = 1 + 2 * _STEPS
+_BARS = 24  # of a histogram
 _EQUAL, _INSIDE, _OUTSIDE, _MISMATCH = "#22262b", ("#2b4c7e", "#a6d0ff"), ("#b3261e", "#ffe08a"), "#ff00ff"
 RAMPS = {
     "equal bits": [0],
@@ -93,11 +94,19 @@ def _pictures(mine: Layer, reference: Layer, difference: Codes, step: int) -> di
         "overview_step": overview,
         "low": low,
         "high": high,
+        "counts": _counts(codes),
         "reference": _png(right),
         "mine": None if np.array_equal(right, own) else _png(own),
         "difference": code_png(largest(codes, step)),
         "overview": code_png(largest(codes, overview)) if overview > step else None,
     }
+
+
+def _counts(codes: NDArray[np.uint8]) -> list[list[int]]:
+    """Texels inside, and outside, whose difference is in each of _BARS equal parts of the logarithmic scale."""
+    found = np.bincount(codes.ravel(), minlength=_NOT_FINITE + 1)[1:_NOT_FINITE]
+    counts: list[list[int]] = found.reshape(2, _BARS, -1).sum(axis=2).tolist()
+    return counts
 
 
 def _numbers(

@@ -1,0 +1,43 @@
+"""What a page says of a comparison: when and by which version, how its reference was rendered, which files it read."""
+
+import hashlib
+import shlex
+from collections.abc import Iterable, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from lfssao import __version__
+
+Facts = tuple[tuple[str, str], ...]
+
+
+def facts_of(manifest: Mapping[str, Any] | None, files: Iterable[Path]) -> Facts:
+    """Names and words in the order in which they are shown; of a reference without a manifest few are known.
+
+    Each file that can be read has its SHA-256. A manifest may lack anything but what ``compare`` has asked it for.
+    """
+    now = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+    found = {"compared": f"{now}, by lfssao {__version__}", **_of_reference(manifest or {})}
+    facts = [(name, words) for name, words in found.items() if words]
+    for path in dict.fromkeys(files):
+        if path.is_file():
+            with path.open("rb") as file:
+                facts.append((str(path), f"SHA-256 {hashlib.file_digest(file, 'sha256').hexdigest()}"))
+    return tuple(facts)
+
+
+def _of_reference(manifest: Mapping[str, Any]) -> dict[str, str]:
+    machine, settings, sampling = (manifest.get(key) or {} for key in ("machine", "settings", "sampling"))
+    place = manifest.get("display") or manifest.get("quilt") or manifest.get("camera") or {}
+    radii = ", ".join(f"{radius:.6g}" for radius in settings.get("radii", ()))
+    words = (str(sampling[key]) for key in ("count", "method") if key in sampling)
+    return {
+        "reference": f"rendered by lfssao {machine['lfssao']}" if "lfssao" in machine else "",
+        "command": shlex.join(map(str, machine.get("command") or ())),
+        "scene": str((manifest.get("scene") or {}).get("name", "")),
+        "display": str(place.get("name") or place.get("projection") or ""),
+        "estimator": str(settings.get("estimator", "")),
+        "radii": radii and f"{radii} world units",
+        "samples": " ".join(words) + (f", seed {sampling['seed']}" if "seed" in sampling else ""),
+    }

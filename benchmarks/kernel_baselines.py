@@ -84,7 +84,7 @@ def _sampling(a: Sequence[Any]) -> list[Any]:
 
 def _area(a: Sequence[Any]) -> list[Any]:
     view, disk, occlusion, _ = a
-    samples = [disk.mirrors, len(disk.points), disk.points, disk.half, disk.weights, int(disk.tangent), disk.finer]
+    samples = [disk.mirrors, len(disk.points), disk.points, disk.half, disk.weights, disk.finer]
     pyramid = [*view.moments_of, len(view.moments_of.pitches)]
     return [*_seen(view, disk.radius, occlusion), *samples, *pyramid, disk.half_width, disk.thickness, occlusion]
 

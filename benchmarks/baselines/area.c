@@ -61,7 +61,7 @@ static double detail(const Scene *s, const Texel *t)
     return 0.5 * log2_(3.141592653589793 * fabs((double)area));
 }
 
-void vo_area(ARRAYS, const float *turns, int n, const float *disk, const float *half, const float *weights, int tangent,
+void vo_area(ARRAYS, const float *turns, int n, const float *disk, const float *half, const float *weights,
              const double *finer, const double *moments, const int64_t *starts, const int64_t *pitches, int levels,
              double half_width, float thickness, float *ao)
 {
@@ -73,16 +73,15 @@ void vo_area(ARRAYS, const float *turns, int n, const float *disk, const float *
             ao[(int64_t)j * width + i] = 0;
             if (!(depth[(int64_t)j * width + i] < INFINITY))
                 continue;
-            const Texel t = texel_at(&scene, radius, turns, tangent, j, i);
+            const Texel t = texel_at(&scene, radius, turns, 0, j, i);
             if (!t.seen)
                 continue;
             const double lod = (float)detail(&scene, &t);
             for (int k = 0; k < n; k++) {
-                const float x = disk[2 * k], y = disk[2 * k + 1], z_s = half[k], z = (t.z + x * t.ez) + y * t.fz;
+                const float x = disk[2 * k], y = disk[2 * k + 1], top = half[k], z = (t.z + x * t.ez) + y * t.fz;
                 float u, v;
                 if (!project(&scene, (t.u + x * t.eu) + y * t.fu, (t.v + x * t.ev) + y * t.fv, z, &u, &v))
                     continue;
-                const float plane = tangent ? x * t.slope1 + y * t.slope2 : z_s, top = plane < z_s ? plane : z_s;
                 double level = lod + finer[k], m[3];
                 level = level > 0 ? level : 0;
                 level = level < levels - 1 ? level : levels - 1;
@@ -100,10 +99,10 @@ void vo_area(ARRAYS, const float *turns, int n, const float *disk, const float *
                 const double mean = m[1] / m[0], variance = m[2] / m[0] - mean * mean;
                 const double middle = (mean - z) * t.steep, reach = half_width * (variance > 0 ? sqrt(variance) : 0) * t.steep;
                 const float low = (float)fmin(fmax(middle - reach, -FAR), FAR), high = (float)fmin(fmax(middle + reach, -FAR), FAR);
-                if (!(top > -z_s && low <= high))
+                if (!(top > -top && low <= high))
                     continue;
-                total += weights[k] * (float)m[0] * (hidden_by_box(low, high, -z_s, top)
-                                                     - hidden_by_box(low + thickness, high + thickness, -z_s, top));
+                total += weights[k] * (float)m[0] * (hidden_by_box(low, high, -top, top)
+                                                     - hidden_by_box(low + thickness, high + thickness, -top, top));
             }
             total = total > 0 ? total : 0;
             ao[(int64_t)j * width + i] = total < 1 ? total : 1;

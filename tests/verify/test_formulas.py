@@ -76,7 +76,7 @@ SHADERS = {
     },
 }  # fmt: skip
 # Factors of errors that are too small: a root of a cancelled difference is off by far more than renderers mostly are.
-TOO_SMALL = {"vo-area": 0.01, "vo-area-normal": 0.01}
+TOO_SMALL = {"vo-area": 0.01}
 BEFORE = {"oriented-hemisphere": "bias"}
 
 

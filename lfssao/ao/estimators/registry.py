@@ -23,7 +23,7 @@ _FAMILIES: dict[str, tuple[str, ...]] = {
     "multiresolution": ("multiresolution",),
     "vo.points": ("vo-points", "vo-points-normal"),
     "vo.lines": ("vo-lines", "vo-lines-normal"),
-    "vo.area": ("vo-area", "vo-area-normal"),
+    "vo.area": ("vo-area",),
     "horizon": ("hbao",),
     "gtao": ("gtao",),
     "bitmask": ("visibility-bitmask",),

@@ -117,15 +117,14 @@ def texel_size(textures: Buffers) -> float:
 
 # RMS errors of occlusion up to which a sentence excuses flipped texels.
 FEW = 2.0**-7, "rounding moves a sample past a texel's edge or a surface"
-_BOX = "a box as wide as the root of the look-up's rounding, over R, crosses the tangent plane"
 _SMALL = "the ball is smaller than the rounding of the surface's points"
-_AT_A_POINT = dict.fromkeys(("lf", "point", "hemisphere", "vo-area", "vo-area-normal"), (0.75, _SMALL))
+_AT_A_POINT = dict.fromkeys(("lf", "point", "hemisphere", "vo-area"), (0.75, _SMALL))
 _EDGE_ON = dict.fromkeys(("sao", "sao-equation-1"), (0.25, "a face normal that is edge-on turns either way"))
 
 CONDITIONS: dict[str, tuple[str, Stated]] = {
     "balls": ("R of 2^4 texels to 1", {"": FEW}),
-    "balls below a texel": ("R of 2^-2 and 2^-4 texels", {"": FEW, "vo-area-normal": (2.0**-5, _BOX)}),
-    "balls of rounding": ("R of 2^-8 and 2^-12 texels", {"": (0.125, _SMALL), "vo-area-normal": (0.5, _BOX)}),
+    "balls below a texel": ("R of 2^-2 and 2^-4 texels", {"": FEW}),
+    "balls of rounding": ("R of 2^-8 and 2^-12 texels", {"": (0.125, _SMALL)}),
     "R to infinity": ("its products overflow", {"": (0.25, "R times the mapping leaves the range of float32")}),
     "R to 0": ("the ball is a point on the surface", {"": FEW, **_AT_A_POINT}),
     "epsilon": ("to 0: a division by v . v alone", {"": FEW}),

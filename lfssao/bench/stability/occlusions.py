@@ -38,7 +38,7 @@ _BOX = "M2 - M1^2 cancels: the box is as wide as the root of what is left, over 
 _WHATS: dict[str, tuple[str, Stated]] = {
     "occlusion": (
         "its own arithmetic, against exact numbers",
-        {"": (np.inf, _NEAR), **dict.fromkeys(("vo-area", "vo-area-normal"), (np.inf, _BOX))},
+        {"": (np.inf, _NEAR), "vo-area": (np.inf, _BOX)},
     ),
     SAMPLING: ("its own arithmetic, against exact numbers: A before averages, bytes and bilateral passes", {}),
 }

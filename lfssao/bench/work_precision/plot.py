@@ -15,7 +15,7 @@ from lfssao.core.files import write_whole
 FAMILIES = {
     "LF and other balls": ("lf", "point", "hemisphere", "oriented-hemisphere"),
     "VO, whole ball": ("vo-points", "vo-lines", "vo-area"),
-    "VO, above the tangent plane": ("vo-points-normal", "vo-lines-normal", "vo-area-normal"),
+    "VO, above the tangent plane": ("vo-points-normal", "vo-lines-normal"),
     "SAO": ("alchemy", "sao", "sao-equation-1"),
     "horizons and levels": ("hbao", "gtao", "visibility-bitmask", "multiresolution"),
 }

@@ -15,7 +15,7 @@ SCENES = ("gallery", "statue", "corner")
 _TAPS = ("alchemy",)
 
 # Estimators whose samples are boxes that stand for areas, no point set of the disk. They run with their defaults.
-_BOXES = ("vo-area", "vo-area-normal")
+_BOXES = ("vo-area",)
 
 # The same for estimators by slices, whose two sides have steps each.
 _SLICES: dict[int | None, dict[str, Value]] = {4 * n * n: {"slices": n, "steps": 2 * n} for n in (1, 2, 8)}

@@ -96,11 +96,11 @@ def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds]) 
     return Bounds(up_to_single(lower), down_to_single(upper), merged.undecided)
 
 
-def _hidden_areas(given: Problem, radius: float, *, name: str) -> Bounds | None:
+def _hidden_areas(given: Problem, radius: float) -> Bounds | None:
     """Bounds of ``vo-area``; None on cameras, whose far depths cancel in M2 - M1^2 of float32 until nothing is left."""
     if given.seen.view.world_to_image.kind == MATRIX:
         return None
-    return _hidden_volume(given, radius, at=partial(_formulas, name=name))
+    return _hidden_volume(given, radius, at=partial(_formulas, name="vo-area"))
 
 
 def driven(given: Problem, radius: float, name: str) -> tuple[Seen, BallView, Any]:
@@ -144,7 +144,6 @@ _TERMS = {
     "vo-lines": (1.0, False),
     "vo-lines-normal": (1.0, False),
     "vo-area": (1.0, False),
-    "vo-area-normal": (1.0, False),
     "alchemy": (LIMITLESS, False),
     "oriented-hemisphere": (1.0, True),
     "hbao": (2 * ZENITH, True),
@@ -158,6 +157,5 @@ _OF_RADII: dict[str, Callable[[Problem, float], Bounds | None]] = {
         name: partial(_hidden_volume, at=partial(_formulas, name=name))
         for name in ("vo-points", "vo-points-normal", "vo-lines", "vo-lines-normal")
     },
-    "vo-area": partial(_hidden_areas, name="vo-area"),
-    "vo-area-normal": partial(_hidden_areas, name="vo-area-normal"),
+    "vo-area": _hidden_areas,
 }

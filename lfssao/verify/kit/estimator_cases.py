@@ -164,7 +164,7 @@ def _disk_recipes() -> Iterator[Recipe]:
         ("rim", {}, {"points": np.array(_DISK[-1:])}),
     ]
     alone: list[tuple[str, Changes, Arrays]] = [("", {"bias": 60.0}, {}), ("turned", {"randomize": False}, {})]
-    for name in ("vo-lines", "vo-lines-normal", "vo-area", "vo-area-normal", "hbao"):
+    for name in ("vo-lines", "vo-lines-normal", "vo-area", "hbao"):
         estimator = ESTIMATORS[name]
         for suffix, changes, tables in ways if estimator.dimensions else alone:
             case, own = f"disk_{name}_{suffix}".rstrip("_"), _own(estimator, changes)

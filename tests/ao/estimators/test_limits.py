@@ -162,7 +162,6 @@ NEAR_THE_LIMIT = {
     "vo-lines": (partial(behind, half=False), RADIUS, sunflower(200), {}, 0.015),
     "vo-lines-normal": (partial(behind, half=True), RADIUS, sunflower(200), {}, 0.03),
     "vo-area": (partial(behind, half=False), RADIUS, sunflower(200), {}, 0.015),
-    "vo-area-normal": (partial(behind, half=True), RADIUS, sunflower(200), {}, 0.04),
     "oriented-hemisphere": (
         partial(behind, half=True), RADIUS, filled_ball(600), {"bias": 0.0, "range_check": "none"}, 0.03
     ),

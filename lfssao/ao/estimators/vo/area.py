@@ -1,4 +1,4 @@
-"""VO by areas of the disk, ``vo-area`` (Loos and Sloan 2010, section 4.2, with 4.3 to 4.5).
+"""VO by areas of the disk, ``vo-area`` (Loos and Sloan 2010, section 4.2, with 4.3 and 4.5).
 
 A line at (x, y) of the disk (``vo.lines``) stands for an area, which sees a distribution of depths: of a fraction V of
 its texels a surface, with the mean mu and the standard deviation sigma of its depth, from first and second moments,
@@ -8,10 +8,11 @@ its texels a surface, with the mean mu and the standard deviation sigma of its d
 They are read from a prefiltered pyramid (``ao.kernels.moments``) at the level whose texels have the area's size: log2
 of the square root of pi |J| times the area's share of the disk, J the area that the images of R e and R f span. Taken
 to the unit ball the surface is a box of half-width ``half_width`` sigma about mu. Hidden is, of the line from -z_s to
-min(z_s, p), ``hidden_length``, less the same of the box moved back by the thickness (4.3), all times V.
+z_s, ``hidden_length``, less the same of the box moved back by the thickness (4.3), all times V.
 
-Differences to VO, which leaves them open: an area whose middle lies outside the texture or has no image is open, and a
-texel whose viewing direction does not lead away from the viewer has occlusion 0.
+Differences to VO, which leaves the first two open: an area whose middle lies outside the texture or has no image is
+open, and a texel whose viewing direction does not lead away from the viewer has occlusion 0. Lines do not end at the
+tangent plane (4.4): its slope would count as variance within the box, and ao errs by 0.34 in place of 0.13.
 
 The limits are those of ``lfssao.ao.estimators.vo.volume``.
 """
@@ -23,13 +24,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.ao.estimators.estimator import FloatArray, option
-from lfssao.ao.estimators.vo.local_frame import disk_frame, line_end
+from lfssao.ao.estimators.estimator import Estimator, FloatArray, option
+from lfssao.ao.estimators.vo.local_frame import disk_frame
 from lfssao.ao.estimators.vo.volume import (
     VolumeOptions,
     Weights,
     make_disk,
-    pair_of,
     sample_set,
     sum_at_radii,
     thickness_in_radii,
@@ -117,10 +117,9 @@ class Areas(NamedTuple):
     """Areas of the unit disk, arrays and scalars of the arithmetic's dtype.
 
     points: (n, 2), x and y of their middles. half: (n,), z_s. weights: (n,), of a unit of hidden length, so that a ball
-    hidden whole (or half a ball, with the tangent plane) gives 1. finer: (n,) float64, half the log2 of each area's
-    share of the disk. mirrors: (2, TILE, ..), cosines and sines. tangent: whether lines end at the tangent plane.
-    radius: R, world units. thickness: T, in radii, 4 FAR where surfaces hide all that is behind them. half_width:
-    float64.
+    hidden whole gives 1. finer: (n,) float64, half the log2 of each area's share of the disk. mirrors: (2, TILE, ..),
+    cosines and sines. radius: R, world units. thickness: T, in radii, 4 FAR where surfaces hide all that is behind
+    them. half_width: float64.
     """
 
     points: Any
@@ -128,20 +127,19 @@ class Areas(NamedTuple):
     weights: Any
     finer: Any
     mirrors: Any
-    tangent: bool
     radius: Any
     thickness: Any
     half_width: Any
 
     def start(self, view: Any, texel: Any) -> Any:
         """``disk_frame``, and log2 of the square root of the disk's area in texels."""
-        (p, e, f), deep, steep, slopes = disk_frame(view, texel, self.radius, self.mirrors)
+        (p, e, f), deep, steep, _ = disk_frame(view, texel, self.radius, self.mirrors)
         u, v, there = view.image(p)
         u_e, v_e, there_e = view.image(p + e)
         u_f, v_f, there_f = view.image(p + f)
         area = (u_e - u) * (v_f - v) - (v_e - v) * (u_f - u)
         level = select(there & there_e & there_f, 0.5 * log2(PI * abs(double(area))), _NO_IMAGE)
-        return (p, e, f), deep, steep, slopes, number(level, deep)
+        return (p, e, f), deep, steep, number(level, deep)
 
     def counts(self, view: Any, here: Any) -> Any:
         """Whether the texel looks away from the viewer."""
@@ -154,14 +152,13 @@ class Areas(NamedTuple):
 
     def term(self, view: Any, here: Any, s: Any, z: Any, texel: Any, seen: Any) -> Any:
         """The hidden length, weighted."""
-        _, _, steep, slopes, level = here
-        half = number(self.half[s], z)
-        top = line_end(slopes, self.points[s, 0], self.points[s, 1], half, self.tangent)
+        _, _, steep, level = here
+        top = number(self.half[s], z)
         level = double(level)
         share, first, second = view.moments(seen, level + rounded(self.finer[s], 4, level))
         mean, sigma = mean_and_deviation(share, first, second)
         middle, reach = (mean - double(z)) * double(steep), (self.half_width * sigma) * double(steep)
-        bottom, thickness = -half, rounded(self.thickness, 6, z)
+        bottom, thickness = -top, rounded(self.thickness, 6, z)
         whole = _hidden(middle, reach, 0, bottom, top)
         length = within(whole - _hidden(middle, reach, thickness, bottom, top), 0, 2)
         there = (share > 0) & (top > bottom) & is_number(middle - reach) & is_number(middle + reach)
@@ -176,52 +173,47 @@ class Areas(NamedTuple):
         return smaller(1, larger(0, total))
 
 
-def areas_of(
-    buffers: Buffers, radius: float, points: FloatArray, weights: Weights, options: AreaOptions, tangent: bool
-) -> Areas:
+def areas_of(buffers: Buffers, radius: float, points: FloatArray, weights: Weights, options: AreaOptions) -> Areas:
     """Return the formulas' numbers, in the textures' dtype.
 
     points: (n, 2), middles of the areas in the unit disk. weights: integrals of the ball's extent in z over the areas
-    (4.5), by default z_s; an area is in proportion to its weight over z_s there. tangent: whether it ends at the
-    tangent plane (4.4). Raises InputError if a weight is negative or none is positive.
+    (4.5), by default z_s; an area is in proportion to its weight over z_s there. Raises InputError if a weight is
+    negative or none is positive.
     """
-    number_of, disk = buffers.depth.dtype.type, make_disk(points, weights, options, tangent, buffers.depth.dtype)
+    number_of, disk = buffers.depth.dtype.type, make_disk(points, weights, options, False, buffers.depth.dtype)
     return Areas(
         points=disk.places,
         half=disk.half,
         weights=disk.weights,
         finer=disk.finer,
         mirrors=disk.mirrors,
-        tangent=tangent,
         radius=number_of(radius),
         thickness=number_of(min(thickness_in_radii(options, radius), 4 * FAR)),
         half_width=np.float64(options.half_width),
     )
 
 
-def by_areas(
-    formulas: Any, buffers: Buffers, radius: float, points: FloatArray, weights: Weights, options: AreaOptions
-) -> Occlusion:
+def by_areas(buffers: Buffers, radius: float, points: FloatArray, weights: Weights, options: AreaOptions) -> Occlusion:
     """Return occlusion of a view by areas, ``Estimator.run`` of them."""
     pyramid = moment_pyramid(cast_depth(buffers), options.prefilter)
-    return sum_at_radii(formulas, buffers, radius, points, weights, options, moments=pyramid)
+    return sum_at_radii(areas_of, buffers, radius, points, weights, options, moments=pyramid)
 
 
-def _functions(tangent: bool) -> dict[str, Any]:
-    own = partial(areas_of, tangent=tangent)
-    return {"run": partial(by_areas, own), "formulas": own}
-
-
-ENTRIES = pair_of(
-    "vo-area",
-    "hidden share of the ball, by mean and variance of depth",
-    "section 4.2",
-    "ao as of vo-lines, depths z_Q spread evenly over mean +- half_width sigma of an area",
-    _functions,
-    options=AreaOptions,
-    samples=partial(sample_set, "disk", middle=True),
-    dimensions=2,
-    count=1,
-    texel_bytes=69,
-    filtered=True,
+ENTRIES = (
+    Estimator(
+        name="vo-area",
+        title="hidden share of the ball, by mean and variance of depth",
+        source="VO section 4.2",
+        run=by_areas,
+        formulas=areas_of,
+        formula="ao as of vo-lines, depths z_Q spread evenly over mean +- half_width sigma of an area",
+        options=AreaOptions,
+        samples=partial(sample_set, "disk", middle=True),
+        dimensions=2,
+        count=1,
+        texel_bytes=69,
+        filtered=True,
+        turns=True,
+        whole_ball=True,
+    ),
 )

@@ -23,7 +23,6 @@ from lfssao.rendering.viewer import BLENDS, LightField, eye_point, eye_range
 MOST_WIDTH, WIDTH, PAGE_WIDTH = 16_384, 1024, 900
 MOST_FRAMES = 1000
 FRAMES = 24
-_ENDINGS = {False: (".png",), True: (".png", ".gif", ".webp")}
 
 
 def add_to(view: argparse.ArgumentParser) -> None:
@@ -42,7 +41,7 @@ def add_to(view: argparse.ArgumentParser) -> None:
         modules reach from the whole screen, and back (default: {FRAMES})"""
     add("--orbit", type=_even, nargs="?", const=FRAMES, metavar="N", help=orbit)
     add = view.add_argument_group("picture").add_argument
-    named = "picture to write, .png; with --orbit .png, .gif or .webp, animated (default: DIR/eye.png or orbit.png)"
+    named = "picture to write, .png, with --orbit animated (default: DIR/eye.png or orbit.png)"
     add("-o", "--output", metavar="FILE", help=named)
     page = """write a page without network instead, on which the eye moves by mouse and keys and AO is switched; it
         blends shaded textures linearly, within one 8-bit code of the picture, and shows flat screens and quilts"""
@@ -69,7 +68,7 @@ def _view(options: argparse.Namespace) -> None:
     if animated and options.eye_x is not None:
         raise InputError("--eye-x does not go with --orbit, which moves the eye")
     target = folder / ("orbit.png" if animated else "eye.png") if options.output is None else Path(options.output)
-    check_target("--output", target, _ENDINGS[animated])
+    check_target("--output", target, (".png",))
     if target.resolve() in [(folder / name).resolve() for name in (VIEW, SHEET)]:
         raise InputError(f"--output: {target} is a picture of 'lfssao render', take another name")
     check_choice("--blend", options.blend, BLENDS)

@@ -81,7 +81,7 @@ def write_animation(path: Path, pictures: Sequence[Image.Image]) -> None:
     """Write pictures of one size as an animation of some seconds that begins again; InputError if it cannot be."""
     first, *rest = pictures
     duration = max(_LEAST, round(_SECONDS * 1000 / len(pictures)))
-    save = partial(first.save, save_all=True, append_images=rest, loop=0, duration=duration, lossless=True)
+    save = partial(first.save, save_all=True, append_images=rest, loop=0, duration=duration)
     write_whole(path, save)
 
 

@@ -115,11 +115,11 @@ def test_layers_and_blends(folder, layer, blend):
     assert (found[0, 0] == (0 if layer == "color" else 255)).all()
 
 
-@pytest.mark.parametrize(("count", "name"), [(2, "a.png"), (6, "a.gif"), (24, "a.webp")])
-def test_orbit_has_as_many_frames_and_comes_back(folder, count, name):
+@pytest.mark.parametrize("count", [2, 24])
+def test_orbit_has_as_many_frames_and_comes_back(folder, count):
     given = [] if count == 24 else [count]  # the default
-    assert view(folder, "--orbit", *given, "--width", "48", "-o", folder / name) == 0
-    with Image.open(folder / name) as image:
+    assert view(folder, "--orbit", *given, "--width", "48", "-o", folder / "a.png") == 0
+    with Image.open(folder / "a.png") as image:
         assert image.n_frames == count
         assert image.size == (48, 29)
         frames = []
@@ -127,10 +127,9 @@ def test_orbit_has_as_many_frames_and_comes_back(folder, count, name):
             image.seek(k)
             frames.append(np.asarray(image.convert("RGB")).astype(int))
     for k in range(1, count // 2):
-        assert np.abs(frames[k] - frames[count - k]).max() <= (12 if name.endswith("gif") else 0)
+        assert np.array_equal(frames[k], frames[count - k])
     assert view(folder, "--eye-x", eye_range(find_display("sample-a"))[1], "--width", "48") == 0
-    if not name.endswith("gif"):
-        assert np.array_equal(frames[count // 2], pixels(folder / "eye.png"))
+    assert np.array_equal(frames[count // 2], pixels(folder / "eye.png"))
 
 
 def test_some_modules_and_another_distance(folder):

@@ -83,7 +83,6 @@ _HELP = {
     "--threads": "threads, at most one for each core (default)",
     "--frames": "render each frame into a folder of its own, and animation.png: N frames of one turn about the "
     "vertical, or those of a .json or .npy file of 4x4 matrices that place the scene",
-    "--single-part": "write all layers into one part of each EXR file, for viewers that open the first part only",
     "--png": "write each shaded texture as an 8-bit sRGB picture too, for projectors that take no EXR",
     "--resume": "keep the textures that an interrupted job left, if their digests are right, and do the rest",
     "--scheduler": "compute on dask.distributed: local (a process for each thread), or tcp://HOST:PORT, or the "
@@ -135,7 +134,6 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
         command.set_defaults(output=None)
     add("--normals", nargs="?", const="geometric", metavar="KIND")
     add("--layers", type=lambda text: tuple(text.split(",")), metavar="NAME,...")
-    add("--single-part", action="store_true")
     add("--png", action="store_true")
     add("--resume", action="store_true")
     add = _helped(command.add_argument_group("computing").add_argument)
@@ -201,7 +199,7 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     }
     frames = tuple(boxes), None if transforms is None else tuple(transforms)
     folder, quilts = Path(options.output or "."), _quilts(options, display, settings, mesh, len(views))
-    forms = {"single_part": options.single_part, "png": options.png, "quilts": quilts}
+    forms = {"png": options.png, "quilts": quilts}
     return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, **forms)
 
 

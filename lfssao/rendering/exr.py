@@ -1,7 +1,6 @@
 """Textures in multi-part OpenEXR files: float32, lossless, channels by name."""
 
 import hashlib
-import json
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from lfssao.core.arguments import check_unmasked, check_whole
 from lfssao.core.files import write_whole
 from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
-from lfssao.rendering.image_file import PARTS, PREFIX, first_line, guard_of, read_image_file, utf8_name
+from lfssao.rendering.image_file import PREFIX, first_line, guard_of, read_image_file, utf8_name
 from lfssao.summary import Arrayed, Table, size_of
 
 _KINDS = {"name": str, "channels": tuple | list, "pixels": np.ndarray, "attributes": Mapping}  # of a part
@@ -71,12 +70,10 @@ def use_one_thread_a_file() -> None:
     oiio.attribute("exr_threads", -1)
 
 
-def write_exr(path: str | Path, parts: Sequence[Part], single_part: bool = False, sealed: bool = False) -> None:
+def write_exr(path: str | Path, parts: Sequence[Part], sealed: bool = False) -> None:
     """Write parts to one file, whole or not at all, zip-compressed; many viewers open part 0 alone.
 
-    With ``single_part`` that holds all channels, whose names must differ, in a window with the widest guard band;
-    ``read_exr`` gives the parts back. With ``sealed`` the file holds a digest of its own bytes (``is_sealed``).
-
+    With ``sealed`` the file holds a digest of its own bytes (``is_sealed``).
     InputError if the file cannot be written, or would not hold what the parts hold: pixels that are not float32, names
     that are not unique or too long for the format, numbers beyond 32 bits, several display windows.
 
@@ -95,25 +92,7 @@ def write_exr(path: str | Path, parts: Sequence[Part], single_part: bool = False
     names = [part.name for part in parts]
     if not names or len(set(names)) < len(names):
         raise InputError(f"{path}: the parts' names must differ, and one is needed: {', '.join(names)}")
-    written = [_joined(parts)] if single_part else parts
-    _check_part(name, written[0])
-    write_whole(path, lambda temporary: write_parts(temporary, written, sealed))
-
-
-def _joined(parts: Sequence[Part]) -> Part:
-    """Parts as one, 0 where one has no guard band; its attributes are the first part's and a table of all parts."""
-    guard = max(part.guard for part in parts)
-    bands = [((guard - part.guard,) * 2,) * 2 for part in parts]
-    pixels = [np.pad(part.pixels, (*band, (0, 0))) for part, band in zip(parts, bands, strict=True)]
-    table = [(p.name, p.channels, p.guard, as_stored(p.attributes) if p is not parts[0] else {}) for p in parts]
-    channels = tuple(channel for part in parts for channel in part.channels)
-    attributes = {**parts[0].attributes, PARTS: json.dumps(table)}
-    return Part("", channels, np.concatenate(pixels, axis=-1), attributes, guard)
-
-
-def as_stored(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Attributes with their numbers as EXR has them, in 32 bits."""
-    return {name: float(np.float32(v)) if isinstance(v, float) else v for name, v in attributes.items()}
+    write_whole(path, lambda temporary: write_parts(temporary, parts, sealed))
 
 
 def _check_part(label: str, part: Part) -> None:

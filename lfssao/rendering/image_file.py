@@ -1,6 +1,5 @@
 """Image files of renderers, EXR, TIFF, PNG and NPY, read with the bits that they hold; hostile ones are refused."""
 
-import json
 import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
@@ -16,12 +15,10 @@ from lfssao.core.files import check_file
 from lfssao.core.memory import check_available
 from lfssao.core.npy import read_npy
 from lfssao.errors import InputError, errors_of
-from lfssao.optics.view import without_guard
 from lfssao.samples.rotation import MOST_TILE, check_tile
 
 ENDINGS = (".exr", ".tif", ".tiff", ".png", ".npy")
 PREFIX = "lfssao:"  # begins the names of lfssao's attributes in EXR files
-PARTS = "parts"  # the attribute of a part that holds several: name, channels, guard band and attributes of each
 _NAMES = {"openexr": "EXR", "tiff": "TIFF", "png": "PNG"}
 _DTYPES = {"half": "float16", "float": "float32", "int": "int32", "uint": "uint32"}  # that NumPy calls otherwise
 
@@ -99,9 +96,8 @@ def _read_with_oiio(
         source.geterror()  # that of the search for one more part
         _check_sizes(path, specs)
         names = [str(spec.get_string_attribute("name")) for spec in specs]
-        several = [spec.getattribute(PREFIX + PARTS) is not None for spec in specs]
-        kept = [k for k, s in enumerate(specs) if keep is None or several[k] or keep(names[k], tuple(s.channelnames))]
-        decoded = [sizes is None or several[k] or _seen_size(path, specs[k]) in sizes for k in kept]
+        kept = [k for k, spec in enumerate(specs) if keep is None or keep(names[k], tuple(spec.channelnames))]
+        decoded = [sizes is None or _seen_size(path, specs[k]) in sizes for k in kept]
         needed = sum(_bytes_in_memory(specs[k]) for k, wanted in zip(kept, decoded, strict=True) if wanted)
         check_available(f"{path}: its texels", 2 * needed)  # once in the decoder
         parts = [_read_part(path, source, k, specs[k], wanted) for k, wanted in zip(kept, decoded, strict=True)]
@@ -109,27 +105,6 @@ def _read_with_oiio(
         source.close()
     if len(set(names)) < len(names) and any(names):
         raise InputError(f"{path}: it is damaged (two of its parts have one name)")
-    if not any(several):
-        return parts
-    apart = [each for part in parts for each in (_taken_apart(path, part) if PARTS in part.attributes else [part])]
-    return [part for part in apart if keep is None or keep(part.name, part.channels)]
-
-
-def _taken_apart(path: Path, joined: ImagePart) -> list[ImagePart]:
-    """The parts that ``write_exr`` put into one, each with its own attributes, channels and guard band."""
-    planes, own = dict(zip(joined.channels, joined.planes, strict=True)), dict(joined.attributes)
-    (band, *others), parts = joined.margins or (0,), []
-    try:
-        if {*others} - {band}:
-            raise ValueError
-        for name, channels, guard, attributes in json.loads(own.pop(PARTS)):
-            cut = tuple(without_guard(planes[channel], band - guard) for channel in channels)
-            if not 0 <= guard <= band or not cut or 0 in cut[0].shape:
-                raise ValueError
-            parts.append(ImagePart(str(name), tuple(channels), cut, (guard,) * 4, {**attributes, **own}))
-            own = {}  # they are the first part's
-    except (LookupError, TypeError, ValueError, RecursionError):
-        raise InputError(f"{path}: it is damaged (its parts are not as its metadata say)") from None
     return parts
 
 

@@ -95,7 +95,7 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
     parts = exr_parts(textures)
     parts[0] = _with(parts[0], **_said(job, item), made_from=json.dumps(job.identity(item)))
     hashed = time.perf_counter()
-    write_exr(job.path(item), parts, job.single_part, sealed=True)
+    write_exr(job.path(item), parts, sealed=True)
     made = _write_picture(job, item, parts)
     written = time.perf_counter()
     picture = _strip(job, item, parts)

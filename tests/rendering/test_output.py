@@ -13,7 +13,6 @@ from PIL import Image
 from reference.passes import blur_table
 
 import lfssao
-from lfssao.cli.main import main
 from lfssao.gbuffer.embree import embree_installed
 
 TEXTURES = {
@@ -73,21 +72,6 @@ def test_metadata_say_what_a_file_is(folder):
     assert [float(r) for r in found["lfssao:radii"].split(", ")] == pytest.approx([0.05, 0.04 * diagonal])
 
 
-def test_files_of_one_part_serve_as_the_others_do(folder, tmp_path):
-    one = render(tmp_path / "one", *COMMAND, "--guard", "2", "--single-part")
-    usual = render(tmp_path / "usual", *COMMAND, "--guard", "2")
-    assert digests_of(one) == digests_of(usual)
-    for mine, right in ((one, usual), (usual, one)):
-        assert main(["compare", str(mine), str(right)]) == 0
-    for each in (one, usual):
-        assert main(["view", str(each), "--width", "40", "-o", str(each / "eye.png")]) == 0
-    assert (one / "eye.png").read_bytes() == (usual / "eye.png").read_bytes()
-    files = [(one / name).stat().st_mtime_ns for name in ("module_003.exr", "module_004.exr")]
-    render(one, *COMMAND, "--guard", "2", "--single-part", "--resume")
-    assert files == [(one / name).stat().st_mtime_ns for name in ("module_003.exr", "module_004.exr")]
-    assert [len(read_parts(each / "module_003.exr")) for each in (one, usual)] == [1, 8]
-
-
 def srgb_codes(linear):
     """The nearest 8-bit codes by the formula of IEC 61966-2-1, in float64, and how far each value is from a tie."""
     light = np.clip(linear.astype(np.float64), 0, 1)
@@ -95,7 +79,7 @@ def srgb_codes(linear):
     return np.floor(value + 0.5), abs(value - np.floor(value) - 0.5)
 
 
-@pytest.mark.parametrize("words", [("--guard", "2"), ("--single-part",), ("--frames", "2")], ids=" ".join)
+@pytest.mark.parametrize("words", [("--guard", "2"), ("--frames", "2")], ids=" ".join)
 def test_pictures_are_the_shaded_textures_in_8_bits(tmp_path, words):
     render(tmp_path, *COMMAND, *words, "--png")
     folders = sorted(tmp_path.glob("frame_*")) or [tmp_path]

@@ -1,4 +1,4 @@
-"""Point sets in the ball and the disk by repulsion (VO section 4.5), from the tables of ``benchmarks/tools``."""
+"""Point sets in the ball and the disk by repulsion (VO section 4.5), from the tables of ``tests/tools``."""
 
 from lfssao.core.arguments import check_whole
 from lfssao.errors import InputError, check_choice, shown

@@ -4,7 +4,7 @@ import fuzz
 import pytest
 
 pytestmark = pytest.mark.slow
-FEW = 100  # of each kind; `benchmarks/fuzz.py` runs thousands
+FEW = 100  # of each kind; `tests/tools/fuzz.py` runs thousands
 LEAST = 3  # of them are read, and so reach what lies behind the reader
 SEALED = {"resume"}  # every changed bit is noticed
 

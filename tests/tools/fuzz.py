@@ -1,6 +1,6 @@
 """Hands mutated files to a loader, and prints whatever comes of it that is neither success nor an InputError.
 
-    python benchmarks/fuzz.py mesh --count 2000 --seed 1 --keep findings
+    python tests/tools/fuzz.py mesh --count 2000 --seed 1 --keep findings
 
 A loader is one entry of LOADERS: its seeds, each a dict of relative names and contents, and a function that gets the
 path of a seed's first file. A mutant is a seed with one of its files changed. All mutants run in one process, which is
@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import fuzz_files
 import fuzz_seeds

@@ -1,6 +1,6 @@
 """Ends a small job by SIGKILL at drawn moments, resumes it, and compares all textures with an undisturbed run's.
 
-    python benchmarks/kills.py --count 50 --writing 35 --seed 1
+    python tests/tools/kills.py --count 50 --writing 35 --seed 1
 
 Every run is a process of its own, `python -m lfssao render`, that nothing slows down. `--writing` of the kills wait
 until a drawn number of temporary files has come and then a drawn part of the time that one lives; the others come at
@@ -17,7 +17,7 @@ import tempfile
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from lfssao.rendering.exr import read_exr
 
@@ -29,7 +29,7 @@ TEXTURES = [f"module_{3 + k:03d}.exr" for k in range(MODULES)]
 
 
 def start(folder: Path, *more: str) -> subprocess.Popen[bytes]:
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     return subprocess.Popen([*COMMAND, str(folder), *more], env=environment, stdout=subprocess.DEVNULL)
 
 

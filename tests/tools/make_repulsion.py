@@ -1,4 +1,4 @@
-"""The program that makes the tables of point sets by repulsion: ``python benchmarks/tools/make_repulsion.py FOLDER``.
+"""The program that makes the tables of point sets by repulsion: ``python tests/tools/make_repulsion.py FOLDER``.
 
 VO section 4.5, and what it leaves open. Forces: 1 / d^4 between points, and from a charge spread evenly over the
 boundary, found by bringing the points to the centroids of their Voronoi cells (those of the disk weighted by the z

@@ -1,6 +1,6 @@
 """Plants single-line mutants, runs the mirrored tests, prints those that no test notices.
 
-    python benchmarks/mutate.py 'lfssao/optics/**/*.py' --count 20 --seed 1
+    python tests/tools/mutate.py 'lfssao/optics/**/*.py' --count 20 --seed 1
 
 A mutant is a comparison, a number, a sign or an index that is changed, in a copy of the checkout. Its tests are those
 of the file's name, else of its folders' names, without slow ones. If they notice nothing, those of its room run, and of
@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 KIT = Path("tests/verify/test_kit_cases.py")
 COPIED = "lfssao", "tests", "benchmarks", "notebooks", "pyproject.toml", "README.md", "LICENSE"
 _COMPARISONS = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}

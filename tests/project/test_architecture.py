@@ -235,7 +235,8 @@ def test_the_top_folder_holds_what_it_may():
         pytest.skip("not a git checkout")
     files = subprocess.run(["git", "-C", str(top), "ls-files"], capture_output=True, text=True, check=True).stdout
     entries = {line.split("/")[0] for line in files.splitlines()}
-    allowed = {"pyproject.toml", "lfssao", "tests", "benchmarks", "notebooks", "README.md", "LICENSE", "CHANGELOG.md"}
+    allowed = {"pyproject.toml", "lfssao", "tests", "benchmarks", "notebooks", "README.md", "LICENSE", "CHANGELOG.md",
+               "CONTRIBUTING.md"}
     assert {"pyproject.toml", "lfssao", "tests", "LICENSE"} <= entries
     assert {entry for entry in entries if not entry.startswith(".")} <= allowed
 

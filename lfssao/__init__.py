@@ -6,6 +6,6 @@ are imported when they are first used, so that ``import lfssao`` itself costs no
 
 from lazy_loader import attach_stub
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -11,6 +11,7 @@ import pkgutil
 import re
 import subprocess
 import sys
+import tomllib
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -235,10 +236,28 @@ def test_the_top_folder_holds_what_it_may():
         pytest.skip("not a git checkout")
     files = subprocess.run(["git", "-C", str(top), "ls-files"], capture_output=True, text=True, check=True).stdout
     entries = {line.split("/")[0] for line in files.splitlines()}
-    allowed = {"pyproject.toml", "lfssao", "tests", "benchmarks", "notebooks", "README.md", "LICENSE", "CHANGELOG.md",
-               "CONTRIBUTING.md"}
+    allowed = {
+        "pyproject.toml",
+        "lfssao",
+        "tests",
+        "benchmarks",
+        "notebooks",
+        "README.md",
+        "LICENSE",
+        "CHANGELOG.md",
+        "CONTRIBUTING.md",
+        "CITATION.cff",
+    }
     assert {"pyproject.toml", "lfssao", "tests", "LICENSE"} <= entries
     assert {entry for entry in entries if not entry.startswith(".")} <= allowed
+
+
+def test_all_files_that_name_the_version_name_the_same():
+    top = TESTS.parent
+    project = tomllib.loads((top / "pyproject.toml").read_text())["project"]
+    assert project["version"] == lfssao.__version__
+    assert f"\nversion: {lfssao.__version__}\n" in (top / "CITATION.cff").read_text()
+    assert f"# What changed\n\n## {lfssao.__version__}\n" in (top / "CHANGELOG.md").read_text()
 
 
 # Docstrings

@@ -1,6 +1,10 @@
-"""Kernels run as plain Python, by which a reader steps through them, with the same bits."""
+"""Bare memory; kernels run as plain Python, by which a reader steps through them, with the same bits."""
 
+import numba
+import numpy as np
 from jobs import digests_of, python, render
+
+from lfssao.core.intrinsics import memory_of
 
 COMMAND = ["corner", "--camera", "--resolution", "8x6", "--radii", "0.3", "--samples", "3"]
 
@@ -40,3 +44,30 @@ def test_formulas_without_compiler_have_the_same_bits():
     assert len(plain) == 6
     assert plain == compiled
     assert len({line.split()[-1] for line in plain}) > 2
+
+
+@numba.njit
+def looked_up(array, other):
+    bare = memory_of(array)
+    return bare[0], bare[2], memory_of(other) is None
+
+
+def test_the_memory_of_an_array_has_its_numbers_and_of_none_there_is_none():
+    for dtype in (np.float32, np.float64, np.int64, np.uint8):
+        part = np.arange(9, dtype=dtype).reshape(3, 3)[1]  # it begins within another array
+        assert looked_up(part, None) == (3, 5, True)
+
+
+CHECKED = """import numba, numpy as np
+from lfssao.core.intrinsics import memory_of
+@numba.njit
+def beyond(array):
+    return memory_of(array)[len(array)]
+try:
+    print(beyond(np.zeros(3)))
+except IndexError as error:
+    print(error)"""
+
+
+def test_with_numbas_check_of_indices_no_look_up_goes_beyond():
+    assert python("-c", CHECKED, NUMBA_BOUNDSCHECK="1").stdout == "index is out of bounds\n"

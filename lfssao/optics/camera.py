@@ -153,7 +153,7 @@ class Camera:
         f_u = f_v if aspect is None else width / (self.extent * aspect) * distance
         c_u, c_v = width / 2 + guard + f_u * (shift / distance), height / 2 + guard
         lens = np.array([f_u, f_v, c_u, c_v, self.near, self.far, float(not perspective), 0.0])
-        return _view(lens, eye_from_world, width + 2 * guard, height + 2 * guard, guard)
+        return pinhole_view(lens, eye_from_world, width + 2 * guard, height + 2 * guard, guard)
 
     def stereo(self, width: int, height: int, separation: float, guard: int = 0) -> tuple[View, View]:
         """Views of a left and a right eye, side by side at the camera's place, ``separation`` world units apart.
@@ -217,7 +217,7 @@ def view_of_matrix(matrix: Matrix, width: int, height: int, guard: int = 0, axis
     if not (near > 0 or not perspective) or not near < far < np.inf or slope < perspective * (1 - 1e-6):
         raise InputError(f"the planes of the view are {near:g} and {far:g}, they must be 0 < near < far")
     lens = np.array([f_u, f_v, c_u, c_v, near, far, float(not perspective), 0.0])
-    return _view(lens, eye_from_world, width, height, guard)
+    return pinhole_view(lens, eye_from_world, width, height, guard)
 
 
 def linear_view(view: View, linear: bool = True) -> View:
@@ -239,8 +239,8 @@ _SKEW = 1e-4  # cosine of an angle; matrices of float32 are off by 1e-7
 _ENDLESS = 2.0**60  # so far away that depth has the bits of an infinite far plane's
 
 
-def _view(lens: NDArray[np.float64], eye_from_world: Matrix, width: int, height: int, guard: int) -> View:
-    """The view of a camera's numbers."""
+def pinhole_view(lens: NDArray[np.float64], eye_from_world: Matrix, width: int, height: int, guard: int) -> View:
+    """The view of a camera's numbers, (8,): ``lfssao.optics.kernels.rays.Pinhole``; sizes include the guard band."""
     world_from_eye, (screen_from_eye, eye_from_screen) = invert_affine(eye_from_world), screen_matrices(lens.tolist())
     kind, screen_z = PROJECTIONS[int(lens[6])], "screen space z: 0 at the near plane, 1 at the far plane"
     return View(
@@ -259,7 +259,7 @@ def _view(lens: NDArray[np.float64], eye_from_world: Matrix, width: int, height:
 
 def with_lens(view: View, lens: NDArray[np.float64], eye_from_world: Matrix) -> View:
     """A camera's view with other numbers of its lens, (8,), or another map to its eye space, (3, 4), float64."""
-    return replace(_view(lens, eye_from_world, view.width, view.height, view.guard), name=view.name)
+    return replace(pinhole_view(lens, eye_from_world, view.width, view.height, view.guard), name=view.name)
 
 
 def screen_matrices(lens: Sequence[Any]) -> tuple[list[list[Any]], list[list[Any]]]:

@@ -12,6 +12,7 @@ from .gbuffer.caster import GBuffer, RayCaster
 from .optics.camera import Camera
 from .optics.display import Display, Module, fit_roi
 from .optics.display_file import display_names, display_text, find_display, find_views, parse_display
+from .optics.lenslet import LensletDisplay
 from .optics.quilt import Quilt
 from .optics.view import View, WorldToImage
 from .rendering.exr import Part, read_exr, write_exr
@@ -30,8 +31,8 @@ from .verify.compare.report import Report
 
 __version__: str
 __all__ = [
-    "Buffers", "Camera", "Case", "Display", "GBuffer", "GroundTruth", "InputError", "InputWarning", "LfssaoError",
-    "LightField", "Mesh", "MissingPackageError", "Module", "Occluders", "Occlusion", "Paint", "Part", "Photograph",
+    "Buffers", "Camera", "Case", "Display", "GBuffer", "GroundTruth", "InputError", "InputWarning",
+    "LensletDisplay", "LfssaoError", "LightField", "Mesh", "MissingPackageError", "Module", "Occluders", "Occlusion", "Paint", "Part", "Photograph",
     "Quilt", "RayCaster", "Rendered", "Report", "Settings", "Textures", "View", "WorldToImage", "algorithm1",
     "algorithm2", "bent_normals", "blur", "builtin_scene", "compare", "default_radii", "display_names", "display_text",
     "estimate", "eye_page", "eye_point", "eye_range", "eye_view", "find_display", "find_scene", "find_views", "fit_roi",

@@ -4,8 +4,7 @@ import argparse
 from pathlib import Path
 
 from lfssao.errors import InputError
-from lfssao.optics.display_file import display_names, display_text, find_display, find_views
-from lfssao.optics.quilt import Quilt
+from lfssao.optics.display_file import KINDS, ViewSet, display_names, display_text, find_display, find_views
 from lfssao.rendering import doubts
 
 
@@ -25,11 +24,11 @@ def _display(options: argparse.Namespace) -> None:
     if options.name is None:
         if options.plot is not None:
             raise InputError("--plot needs the NAME of a display")
-        for name in (*display_names(), *display_names(quilts=True)):
+        for name in [name for kind in KINDS for name in display_names(kind)]:
             shown, about = find_views(name), display_text(name).split("\n", 1)[0].removeprefix("# ")
             size = f"{shown.screen_width:.3g} x {shown.screen_height:.3g} m"
-            if isinstance(shown, Quilt):
-                print(f"{name}: {about} {size}, quilt of {shown.columns} x {shown.rows} views")
+            if isinstance(shown, ViewSet):
+                print(f"{name}: {about} {size}, {shown.summary}")
                 continue
             many = f"{len(shown.modules)} module{'s' * (len(shown.modules) > 1)}"
             print(f"{name}: {about} {size}, {many}, {shown.diffuser} diffuser")

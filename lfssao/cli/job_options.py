@@ -18,7 +18,8 @@ from lfssao.core.files import check_folder
 from lfssao.errors import InputError, check_choice, errors_of
 from lfssao.optics.camera import PROJECTIONS, Camera
 from lfssao.optics.display import Display
-from lfssao.optics.display_file import find_views
+from lfssao.optics.display_file import ViewSet, find_views
+from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import MOST_GUARD, View, check_positions
 from lfssao.rendering import doubts, manifest
@@ -40,9 +41,9 @@ _HELP = {
     "wall), statue, ammonite, armadillo, corner (default: gallery; turntable with --frames N)",
     "--output": "folder to write to; made if not there, files replaced (default: out)",
     "--texture": "an image for a mesh file with texture coordinates, in place of those that the file names",
-    "--display": "a preset, such as c80, or looking-glass-portrait, a quilt of views ('lfssao display' lists them), or "
-    "a .toml file (default: sample-a)",
-    "--modules": "modules, or a quilt's views, A to B - 1 only, or A alone (default: all)",
+    "--display": "a preset, such as c80, or looking-glass-portrait, a quilt of views, or near-eye, a panel behind "
+    "lenses ('lfssao display' lists them), or a .toml file (default: sample-a)",
+    "--modules": "modules, a quilt's views or a panel's lenses A to B - 1 only, or A alone (default: all)",
     "--quilt": "write a picture of all views of a quilt, view 0 below on the left, of these layers: shaded (default), "
     "color, merged, ao_1, ...; such as merged_qs8x6a0.75.png, occlusion in codes from 0, open, to 255",
     "--camera": "an ordinary view by Algorithm 1 instead of a display: perspective (default) or orthographic; "
@@ -53,7 +54,8 @@ _HELP = {
     "--fov": "vertical field of view of a perspective camera, degrees (default: the scene with a small margin)",
     "--stereo": "two views of a perspective camera, left and right, of eyes this far apart, world units: off-axis "
     "frusta that meet at the target's distance, in the plane of the screen",
-    "--resolution": "texels of each texture (default: the display's own; 1024x768 with --camera)",
+    "--resolution": "texels of each texture, or of a lenslet display's panel (default: the display's own; 1024x768 "
+    "with --camera)",
     "--guard": f"guard band: texels around each texture that AO looks into, up to {MOST_GUARD} (default: 0)",
     "--radii": "radii of the sampling ball in scene units, or with %% in per cent of the scene's diagonal "
     "(default: 1%%,2%%,3.5%%,6%%,10%%)",
@@ -63,8 +65,8 @@ _HELP = {
     f"{', '.join(published_names())}, or a .toml file like 'lfssao estimators {published_names()[0]}' prints",
     "--parameter": "a parameter of the estimator in place of its default; may be given several times",
     "--units": "of parameters that are lengths, their defaults too: radii, or world for scene units (default: radii)",
-    "--neighbours": "count a sample as occluded only if none of the K nearest modules sees it in the open: estimator "
-    "lf-neighbours (default: 0)",
+    "--neighbours": "count a sample as occluded only if none of the K nearest modules, or lenses, sees it in the open, "
+    "and one that sees it does not: estimator lf-neighbours (default: 0)",
     "--samples": f"samples of each texel and radius, up to {MOST_SAMPLES} (default: the estimator's paper's, LF's 8); "
     "or a file of them, as 'lfssao samples make' writes it, a shader's array, or a manifest's own",
     "--sampling": "latin, jittered, poisson, sobol, ...: any method of the ball that 'lfssao samples make' lists, from "
@@ -190,8 +192,8 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     head = {
         "machine": manifest.describe_machine(threads, options.command),
         "scene": manifest.describe_scene(mesh),
-        "display": None if options.camera is not None or isinstance(display, Quilt) else asdict(display),
-        **({"quilt": asdict(display)} if isinstance(display, Quilt) else {}),
+        "display": None if options.camera is not None or isinstance(display, ViewSet) else asdict(display),
+        **({display.KIND: asdict(display)} if isinstance(display, ViewSet) else {}),
         "camera": options.camera,
         **({} if options.stereo is None else {"stereo": options.stereo}),
         "sampling": sampling,
@@ -199,12 +201,13 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     }
     frames = tuple(boxes), None if transforms is None else tuple(transforms)
     folder, quilts = Path(options.output or "."), _quilts(options, display, settings, mesh, len(views))
-    forms = {"png": options.png, "quilts": quilts}
+    whole = isinstance(display, LensletDisplay) and len(views) == display.count
+    forms = {"png": options.png, "quilts": quilts, "panel": whole}
     return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, **forms)
 
 
-def _display(options: argparse.Namespace) -> Display | Quilt:
-    """The display that is asked for, in its own resolution; the options of a camera are checked too."""
+def _display(options: argparse.Namespace) -> Display | ViewSet:
+    """The display that is asked for, a set of views as they are rendered; the options of a camera are checked too."""
     if options.camera is not None:
         with errors_of("--camera"):
             check_choice("projection", options.camera, PROJECTIONS)
@@ -216,20 +219,25 @@ def _display(options: argparse.Namespace) -> Display | Quilt:
     elif options.stereo is not None:
         raise InputError("--stereo is of the two eyes of a camera: it needs --camera")
     with errors_of("--display"):
-        return find_views("sample-a" if options.display is None else options.display)
+        found = find_views("sample-a" if options.display is None else options.display)
+    if isinstance(found, ViewSet) and options.resolution is not None:
+        return found.with_resolution(*options.resolution)
+    return found
 
 
-def _sizes(options: argparse.Namespace, display: Display | Quilt) -> set[Size]:
+def _sizes(options: argparse.Namespace, display: Display | ViewSet) -> set[Size]:
     """Sizes of the textures that are rendered, guard bands included."""
-    textures = [display] if isinstance(display, Quilt) else display.modules
-    sizes = [(each.width, each.height) for each in textures]
-    if options.camera is not None or options.resolution is not None:
-        sizes = [options.resolution or CAMERA_RESOLUTION]
+    if isinstance(display, ViewSet):
+        sizes = display.sizes
+    elif options.camera is not None or options.resolution is not None:
+        sizes = {options.resolution or CAMERA_RESOLUTION}
+    else:
+        sizes = {(module.width, module.height) for module in display.modules}
     return {(width + 2 * options.guard, height + 2 * options.guard) for width, height in sizes}
 
 
 def _quilts(
-    options: argparse.Namespace, display: Display | Quilt, settings: Settings, mesh: Mesh, count: int
+    options: argparse.Namespace, display: Display | ViewSet, settings: Settings, mesh: Mesh, count: int
 ) -> dict[str, str]:
     """Names of the pictures of all views of a quilt by layers; none by default where one is missing."""
     asked, kept = options.quilt, settings.kept
@@ -276,7 +284,7 @@ def ao_settings(
 
 
 def _views(
-    options: argparse.Namespace, mesh: Mesh, display: Display | Quilt, bounds: NDArray[np.float64]
+    options: argparse.Namespace, mesh: Mesh, display: Display | ViewSet, bounds: NDArray[np.float64]
 ) -> tuple[list[View], list[tuple[View, ...]]]:
     """The views that are rendered, and for each module those of the modules that it asks."""
     if options.camera is not None:
@@ -291,7 +299,7 @@ def _views(
             with errors_of("--stereo"):
                 return list(camera.stereo(width, height, options.stereo, options.guard)), [(), ()]
         return [camera.view(width, height, options.guard)], [()]
-    if options.resolution is not None:
+    if options.resolution is not None and isinstance(display, Display):
         display = display.with_resolution(*options.resolution)
     more = options.modules, options.guard, bounds
     return module_views(mesh, display, *more), neighbour_views(mesh, display, options.neighbours, *more)

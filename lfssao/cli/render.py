@@ -15,6 +15,7 @@ from lfssao.cli.terminal import printable, progress, working
 from lfssao.core.threads import MOST_THREADS
 from lfssao.errors import InputError
 from lfssao.rendering.output import ANIMATION, VIEW
+from lfssao.rendering.panels import PANEL
 from lfssao.rendering.run import recover, run
 
 
@@ -23,7 +24,8 @@ def add_to(render: argparse.ArgumentParser) -> None:
     render.description = """Ray cast a scene from every optical module of a light field display, compute ambient
         occlusion for several radii (by LF Algorithm 2, or by --estimator), merge, blur and multiply it in, and write
         one EXR file a module, manifest.json, contact.png and, of a whole display, view.png: what an eye in its middle
-        sees. A quilt has views for modules, by LF Algorithm 1, and a picture of all of them."""
+        sees. A quilt has views for modules, by LF Algorithm 1, and a picture of all of them; a lenslet display has
+        lenses, and panel.exr, the panel's one texture of each layer."""
     render.set_defaults(run=_render)
     add_options(render, output=True)
 
@@ -58,7 +60,7 @@ def _render(options: argparse.Namespace) -> None:
     written = f"{len(job.views)} EXR file{'s' * (len(job.views) > 1)}"
     written += f", {len(job.views)} PNG" * job.png + ", manifest.json"
     written += ", contact.png" * job.has_sheet + ", view.png" * job.has_view
-    written += "".join(f", {name}" for name in job.quilts.values())
+    written += "".join(f", {name}" for name in job.quilts.values()) + f", {PANEL}" * job.panel
     if job.transforms is not None:
         written = f"{job.frame_count} frame{'s' * (job.frame_count > 1)}, each {written}"
         written += f"; {ANIMATION}" * job.has_sheet

@@ -1,6 +1,7 @@
-"""Displays and quilts as TOML files: the presets, which are such files themselves, and those of users."""
+"""Displays of all kinds as TOML files: the presets, which are such files themselves, and those of users."""
 
 import tomllib
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,12 @@ from lfssao.core.elementary import sincospi
 from lfssao.core.files import read_text
 from lfssao.errors import InputError, check_choice, check_type, errors_of, no_such
 from lfssao.optics.display import Display, Module
+from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.quilt import MOST_VIEWS, Quilt
 from lfssao.optics.view import finite_numbers
+
+ViewSet = Quilt | LensletDisplay  # cameras' views that show a scene together, each by Algorithm 1
+KINDS = "modules", "quilt", "lenslet"  # of displays in files
 
 _MISSING = object()
 
@@ -19,15 +24,16 @@ _PRESETS = resources.files("lfssao.optics").joinpath("presets")
 MOST_MODULES = 10_000  # a hundred times the largest display that is published; beyond it the number is a slip
 
 
-def display_names(quilts: bool = False) -> list[str]:
-    """Names of the preset displays of modules, or of the preset quilts.
+def display_names(kind: str = "modules") -> list[str]:
+    """Names of the preset displays of a kind: modules, quilt or lenslet. InputError if the kind is none of these.
 
-    >>> "sample-a" in lfssao.display_names(), lfssao.display_names(quilts=True)
+    >>> "sample-a" in lfssao.display_names(), lfssao.display_names("quilt")
     (True, ['looking-glass-go', 'looking-glass-portrait'])
     """
+    check_choice("kind", kind, KINDS)
     files = [file for file in _PRESETS.iterdir() if file.name.endswith(".toml")]
-    chosen = [file for file in files if ('kind = "quilt"' in file.read_text(encoding="utf-8")) == quilts]
-    return sorted(file.name.removesuffix(".toml") for file in chosen)
+    named = {file.name.removesuffix(".toml"): tomllib.loads(file.read_text(encoding="utf-8")) for file in files}
+    return sorted(name for name, values in named.items() if values.get("kind", "modules") == kind)
 
 
 def display_text(name: str) -> str:
@@ -38,14 +44,14 @@ def display_text(name: str) -> str:
     >>> lfssao.display_text("virtual").splitlines()[1]
     'name = "virtual"'
     """
-    names = [*display_names(), *display_names(quilts=True)]
+    names = [name for kind in KINDS for name in display_names(kind)]
     if name not in names:
         raise no_such("display", name, [*names, "or a .toml file"])
     return _PRESETS.joinpath(f"{name}.toml").read_text(encoding="utf-8")
 
 
-def find_views(name: str | Path | Display | Quilt) -> Display | Quilt:
-    """A display of modules or a quilt: a preset by its name, one of a file whose name ends in .toml, or itself.
+def find_views(name: str | Path | Display | ViewSet) -> Display | ViewSet:
+    """A display of any kind: a preset by its name, one of a file whose name ends in .toml, or itself.
 
     InputError if there is none, the file cannot be read, or a value is wrong; the message names the key and the reason.
 
@@ -53,7 +59,7 @@ def find_views(name: str | Path | Display | Quilt) -> Display | Quilt:
     66
     """
     if not isinstance(name, str | Path):
-        check_type("display", name, Display | Quilt)
+        check_type("display", name, Display | ViewSet)
         return name
     path = Path(name)
     if path.suffix != ".toml":
@@ -61,20 +67,22 @@ def find_views(name: str | Path | Display | Quilt) -> Display | Quilt:
     return parse_display(read_text(path), str(path))
 
 
-def find_display(name: str | Path | Display | Quilt) -> Display:
-    """A display of modules, as ``find_views`` finds it; InputError for a quilt too.
+def find_display(name: str | Path | Display | ViewSet) -> Display:
+    """A display of modules, as ``find_views`` finds it; InputError for one of another kind too.
 
     >>> len(lfssao.find_display("sample-a").modules)
     21
     """
     found = find_views(name)
-    if isinstance(found, Quilt):
-        raise InputError(f"display {found.name}: it is a quilt of cameras' views, here a display of modules is needed")
+    if isinstance(found, ViewSet):
+        raise InputError(f"display {found.name}: it is {found.TITLE}, here a display of modules is needed")
     return found
 
 
-def parse_display(text: str, origin: str) -> Display | Quilt:
-    """A display or a quilt (kind = "quilt") from the text of its TOML file, of the name ``origin`` in messages.
+def parse_display(text: str, origin: str) -> Display | ViewSet:
+    """A display from the text of its TOML file, of the name ``origin`` in messages.
+
+    Its kind is modules (default), quilt or lenslet.
 
     InputError if it is no TOML, a key is missing or unknown, or a value is wrong.
 
@@ -84,8 +92,9 @@ def parse_display(text: str, origin: str) -> Display | Quilt:
     check_type("text", text, str)
     root = Table(parse_toml(text, origin))
     with errors_of(origin):
-        if root.choice("kind", ("modules", "quilt"), "modules") == "quilt":
-            return _quilt(root)
+        kind = root.choice("kind", KINDS, "modules")
+        if kind != "modules":
+            return _quilt(root) if kind == "quilt" else _lenslet(root)
         screen, observer, roi, modules = (root.table(key) for key in ("screen", "observer", "roi", "modules"))
         distance = observer.numbers("distance")
         if not distance > 0:
@@ -126,6 +135,41 @@ def _quilt(root: "Table") -> Quilt:
     root.refuse_rest()
     roi.refuse_rest()
     return quilt
+
+
+def _lenslet(root: "Table") -> LensletDisplay:
+    roi = root.table("roi")
+    width, height = root.resolution()
+    display = LensletDisplay(
+        name=root.text("name"),
+        width=width,
+        height=height,
+        panel_width=root.numbers("panel_width"),
+        panel_height=root.numbers("panel_height"),
+        lens_pitch=root.numbers("lens_pitch"),
+        image_pitch=root.numbers("image_pitch"),
+        gap=root.numbers("gap"),
+        focal_length=root.numbers("focal_length"),
+        observer_distance=root.numbers("observer_distance"),
+        roi=(roi.numbers("min", 3), roi.numbers("max", 3)),
+        middle=root.text("middle", "lens"),
+    )
+    root.refuse_rest()
+    roi.refuse_rest()
+    return display
+
+
+def set_of(values: Mapping[str, Any]) -> ViewSet | None:
+    """The quilt or lenslet display that a manifest's ``values`` describe; None if they describe none.
+
+    Whatever else than an InputError is raised, such as a KeyError, says that they are not what a display has.
+    """
+    for made in (Quilt, LensletDisplay):
+        given = values.get(made.KIND)
+        if given is not None:
+            found: ViewSet = made(**{**given, "roi": tuple(map(tuple, given["roi"]))})
+            return found
+    return None
 
 
 def parse_toml(text: str, origin: str) -> dict[str, Any]:

@@ -5,6 +5,7 @@ Physical space is that of ``lfssao.optics.display``: the screen lies in z = 0, t
 
 from dataclasses import dataclass, replace
 from math import sqrt
+from typing import ClassVar
 
 import numpy as np
 
@@ -54,6 +55,10 @@ class Quilt:
     (48, 0.654, 'statue_qs8x6a0.75.png')
     """
 
+    KIND: ClassVar[str] = "quilt"
+    WORDS: ClassVar[tuple[str, str]] = ("view", "views")
+    TITLE: ClassVar[str] = "a quilt of cameras' views"
+
     name: str
     columns: int
     rows: int
@@ -86,6 +91,16 @@ class Quilt:
     def count(self) -> int:
         """How many views there are."""
         return self.columns * self.rows
+
+    @property
+    def summary(self) -> str:
+        """Its parts in words."""
+        return f"quilt of {self.columns} x {self.rows} views"
+
+    @property
+    def sizes(self) -> set[tuple[int, int]]:
+        """Width and height of its views, texels."""
+        return {(self.width, self.height)}
 
     @property
     def screen_width(self) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 
 from lfssao.errors import InputWarning
 from lfssao.optics.display import Display
-from lfssao.optics.quilt import Quilt
+from lfssao.optics.display_file import ViewSet
 from lfssao.optics.view import View
 from lfssao.rendering.settings import Settings, diagonal
 from lfssao.rendering.views import Box
@@ -21,7 +21,7 @@ from lfssao.scene.mesh import Mesh
 
 _WIDEST = 50.0  # metres; no screen that scatters light fields is a tenth as wide
 _FARTHEST = 50.0  # widths of a small screen; nobody sees its light field from a tenth as far
-_OURS = r"((module|view)_\d{3,}|camera|left|right)\.(exr|png)"
+_OURS = r"((module|view|lens)_\d{3,}|camera|left|right)\.(exr|png)"
 
 
 def warn(sentences: Iterable[str], level: int = 3) -> None:
@@ -30,13 +30,13 @@ def warn(sentences: Iterable[str], level: int = 3) -> None:
         warnings.warn(sentence, InputWarning, stacklevel=level)
 
 
-def of_display(display: Display | Quilt) -> Iterator[str]:
+def of_display(display: Display | ViewSet) -> Iterator[str]:
     """Numbers that look like millimetres."""
     is_wide = max(display.screen_width, display.screen_height) > _WIDEST
     if is_wide:
         size = f"{display.screen_width:g} x {display.screen_height:g}"
         yield f"display {display.name}: its screen is {size} metres large: did you mean millimetres?"
-    if is_wide or isinstance(display, Quilt):
+    if is_wide or isinstance(display, ViewSet):
         return
     limit = min(_WIDEST, _FARTHEST * max(display.screen_width, display.screen_height))
     large = [f"{name} is {length:g}" for name, length in _lengths(display) if abs(length) > limit]

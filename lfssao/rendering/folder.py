@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from lfssao.core.files import read_json
 from lfssao.errors import InputError, errors_of
 from lfssao.optics.display import Display, Module
-from lfssao.optics.quilt import Quilt
+from lfssao.optics.display_file import ViewSet, set_of
 from lfssao.optics.view import without_guard
 from lfssao.rendering.exr import read_exr, use_one_thread_a_file
 from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
 from lfssao.rendering.views import chosen_modules
 
 if TYPE_CHECKING:
+    from lfssao.rendering.lenslet_viewer import LensletView
     from lfssao.rendering.viewer import LightField
 
 
@@ -68,28 +69,21 @@ def entries_of(folder: Path, manifest: dict[str, Any]) -> dict[str, dict[str, An
     return entries
 
 
-def read_manifest(folder: Path, layer: str, modules: Any = None) -> tuple[Display, dict[int, dict[str, Any]]]:
+def read_views(folder: Path, layer: str, modules: Any = None) -> tuple[Display | ViewSet, dict[int, dict[str, Any]]]:
     """The display of a folder's textures, and the manifest's entry of each module, which has the layer (InputError).
 
-    ``modules`` are the numbers of those that are wanted; InputError if the folder has none of them, or a quilt.
+    Views of a quilt and lenses of a lenslet display are its modules. ``modules`` are the numbers of those that are
+    wanted; InputError if the folder has none of them.
     """
-    display, entries = read_views(folder, layer, modules)
-    if isinstance(display, Quilt):
-        raise InputError(f"{folder}: its manifest: it describes a quilt, which an eye sees by --html alone")
-    return display, entries
-
-
-def read_views(folder: Path, layer: str, modules: Any = None) -> tuple[Display | Quilt, dict[int, dict[str, Any]]]:
-    """As ``read_manifest``, also of a quilt, whose views are its modules."""
     manifest = load_manifest(folder)
     named = entries_of(folder, manifest)
     with reading_manifest(folder), errors_of(f"{folder}: its manifest"):
-        quilt = manifest.get("quilt")
-        if manifest["display"] is None and quilt is None:
+        views = set_of(manifest)
+        if manifest["display"] is None and views is None:
             raise InputError("it describes views of cameras (--camera), but an eye looks at a display")
-        prefix = "module_" if quilt is None else "view_"
+        prefix = "module_" if views is None else f"{views.WORDS[0]}_"
         entries = {int(name.removeprefix(prefix)): entry for name, entry in named.items()}
-        display = display_of(manifest["display"], entries) if quilt is None else _quilt_of(quilt, entries)
+        display = display_of(manifest["display"], entries) if views is None else _of_views(views, entries)
     entries = {k: entries[k] for k in sorted({*chosen_modules(display, modules)} & {*entries})}
     if not entries:
         raise InputError(f"{folder}: it has none of these modules")
@@ -116,17 +110,16 @@ def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Di
     return display
 
 
-def _quilt_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Quilt:
-    """The quilt of a manifest's ``values``, in the resolution of its views, the ``entries`` by number."""
-    quilt = Quilt(**{**values, "roi": tuple(map(tuple, values["roi"]))})
+def _of_views(views: ViewSet, entries: dict[int, dict[str, Any]]) -> ViewSet:
+    """The set of views of a manifest, if its ``entries``, by number, are such; ValueError if they are not."""
     sizes = {tuple(e["view"][k] - 2 * e["view"].get("guard", 0) for k in ("width", "height")) for e in entries.values()}
-    if not set(entries) <= set(range(quilt.count)) or len(sizes) != 1:
-        raise ValueError(f"views are not those of {quilt.name}: {sorted(entries)}")
-    return quilt.with_resolution(*sizes.pop())
+    if not set(entries) <= set(range(views.count)) or not sizes <= views.sizes:
+        raise ValueError(f"{views.WORDS[1]} are not those of {views.name}: {sorted(entries)}")
+    return views
 
 
 def fill(
-    field: "LightField",
+    field: "LightField | LensletView",
     folder: Path,
     layers: Sequence[str],
     entries: Mapping[int, dict[str, Any]],
@@ -134,8 +127,8 @@ def fill(
 ) -> None:
     """Give a light field some layers of the textures that it misses; AO as visibility: black where no module reaches.
 
-    ``entries`` are the manifest's of modules by number. ``bar`` passes on one step a module. InputError if a file is
-    not what its entry describes.
+    ``entries`` are the manifest's of modules or lenses by number. ``bar`` passes on one step a module. InputError if a
+    file is not what its entry describes.
     """
 
     def put(index: int) -> None:
@@ -152,11 +145,18 @@ def fill(
 
 def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.float32]:
     """A layer of an EXR file without guard band, (H, W, C) float32; InputError if it is not the described one."""
-    part = read_exr(path, [layer]).get(layer)
-    names = described["channels"]
-    if part is None or not set(names) <= set(part.channels):
-        raise InputError(f"{path}: it has no part {layer} with channels {', '.join(names)}")
-    pixels = np.ascontiguousarray(part.pixels[..., [part.channels.index(name) for name in names]])
-    if digest(pixels) != described["sha256"]:
-        raise InputError(f"{path}: its part {layer} is not what manifest.json describes: render the folder again")
-    return without_guard(pixels, part.guard)
+    return read_layers(path, {layer: described})[layer]
+
+
+def read_layers(path: Path, described: Mapping[str, dict[str, Any]]) -> dict[str, NDArray[np.float32]]:
+    """Layers of an EXR file as of ``read_layer``, by their names."""
+    parts, found = read_exr(path, list(described)), {}
+    for layer, entry in described.items():
+        part, names = parts.get(layer), entry["channels"]
+        if part is None or not set(names) <= set(part.channels):
+            raise InputError(f"{path}: it has no part {layer} with channels {', '.join(names)}")
+        pixels = np.ascontiguousarray(part.pixels[..., [part.channels.index(name) for name in names]])
+        if digest(pixels) != entry["sha256"]:
+            raise InputError(f"{path}: its part {layer} is not what manifest.json describes: render the folder again")
+        found[layer] = without_guard(pixels, part.guard)
+    return found

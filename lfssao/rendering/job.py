@@ -42,6 +42,7 @@ class Job:
     transforms: tuple[Matrix, ...] | None = None  # world -> world of each frame, (3, 4) float64; None for a still
     png: bool = False  # whether a picture of the shaded texture is written beside each EXR file
     quilts: Mapping[str, str] = field(default_factory=dict)  # names of pictures of all views of a quilt, by layers
+    panel: bool = False  # whether the panel's texture is written, of all lenses of a lenslet display
 
     def __post_init__(self) -> None:
         if self.settings.kept == ("color",) and self.mesh.paint is None:

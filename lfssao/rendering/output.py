@@ -24,6 +24,9 @@ from lfssao.core.npy import write_npy
 from lfssao.core.pictures import image_png
 from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
+from lfssao.optics.display_file import set_of
+from lfssao.optics.lenslet import LensletDisplay
+from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import View, without_guard
 from lfssao.rendering import doubts, plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip, white, with_ao
@@ -31,6 +34,7 @@ from lfssao.rendering.exr import Part, is_sealed, read_exr, write_exr
 from lfssao.rendering.folder import display_of, fill
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.manifest import FORMAT, MANIFEST, NOISE, describe_view, digest, name_of_noise
+from lfssao.rendering.panels import PANEL, write_panel
 from lfssao.rendering.passes import Textures
 from lfssao.rendering.quilts import write_quilts
 from lfssao.rendering.settings import Settings
@@ -126,7 +130,8 @@ def shaded_png(shaded: NDArray[np.float32]) -> bytes:
 
 def _said(job: Job, item: Item) -> dict[str, str]:
     """A file's metadata of the job that any viewer shows; the manifest has all of it."""
-    display, sampling = job.head.get("quilt") or job.head["display"], job.head["sampling"]
+    views, sampling = set_of(job.head), job.head["sampling"]
+    display = job.head["display"] if views is None else {"name": views.name}
     return {
         "software": f"lfssao {__version__}",
         "display": display["name"] if display else "none",
@@ -216,7 +221,7 @@ def make_ready(job: Job, items: Collection[Item]) -> None:
     for frame in range(job.frame_count):
         remove_leftovers(job.frame_folder(frame))
     frames = {item.frame for item in items}
-    names = MANIFEST, *NOISE.values(), SHEET, VIEW, *job.quilts.values()
+    names = MANIFEST, *NOISE.values(), SHEET, VIEW, PANEL, *job.quilts.values()
     old = [job.frame_folder(frame) / name for frame in frames for name in names]
     for path in (job.folder / ANIMATION, *old):
         if path.exists() and not path.is_dir():
@@ -262,8 +267,11 @@ def write_frame(
         "views": entries,
     }
     write_manifest(folder, manifest, job.settings)
-    if job.quilts:
-        write_quilts(folder, job.quilts, entries, job.head["quilt"]["columns"], job.head["quilt"]["rows"])
+    views = set_of(job.head)
+    if isinstance(views, Quilt):
+        write_quilts(folder, job.quilts, entries, views.columns, views.rows)
+    if job.panel and isinstance(views, LensletDisplay):
+        write_panel(folder, views, entries, job.single_part)
     if job.has_view:
         write_whole(folder / VIEW, partial(_view(job, results, field).save, compress_level=1))
     return with_ao(strips[len(strips) // 2][1]) if strips else None

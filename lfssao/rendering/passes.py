@@ -19,12 +19,11 @@ from lfssao.core.pictures import image_png
 from lfssao.errors import InputError, check_type
 from lfssao.gbuffer.caster import GBuffer, RayCaster
 from lfssao.optics.display import Display
-from lfssao.optics.display_file import find_views
-from lfssao.optics.quilt import Quilt
+from lfssao.optics.display_file import ViewSet, find_views
 from lfssao.optics.view import View, seen_rows, without_guard
 from lfssao.rendering import contact, doubts
 from lfssao.rendering.exr import write_exr
-from lfssao.rendering.neighbours import DepthCache
+from lfssao.rendering.neighbours import DepthCache, textures_kept
 from lfssao.rendering.settings import Settings, settings_of
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples.rotation import noise_turns
@@ -251,7 +250,7 @@ class Rendered(Table, Sequence[Textures]):
 
     def __init__(self, caster: RayCaster, views: Sequence[View], asked: Sequence[tuple[View, ...]], settings: Settings):
         self._caster, self._views, self._asked, self._settings = caster, views, asked, settings
-        self._cache = DepthCache(caster, 2 * settings.neighbours + 1)
+        self._cache = DepthCache(caster, textures_kept(asked))
 
     def __len__(self) -> int:
         return len(self._views)
@@ -278,19 +277,19 @@ class Rendered(Table, Sequence[Textures]):
 
 def render(
     mesh: Any,
-    display: Display | Quilt | str | Path = "sample-a",
+    display: Display | ViewSet | str | Path = "sample-a",
     settings: Settings | None = None,
     modules: Sequence[int] | None = None,
     threads: int = 1,
     **words: Any,
 ) -> Rendered:
-    """Return the textures of a display's modules, or of a quilt's views, each rendered when it is asked for.
+    """Return the textures of a display's modules, views or lenses, each rendered when it is asked for.
 
     Parameters
     ----------
     mesh : Mesh, str, Path, trimesh's mesh or scene, or pair of arrays
         A scene's name, a mesh file, or what ``find_scene`` takes.
-    display : Display, Quilt, str or Path
+    display : Display, Quilt, LensletDisplay, str or Path
         A preset, a file, or what ``find_views`` makes.
     settings : Settings, optional
         By default those of the words.

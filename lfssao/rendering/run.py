@@ -26,7 +26,7 @@ from lfssao.rendering.animation import moved
 from lfssao.rendering.contact import write_animation
 from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.neighbours import DepthCache
+from lfssao.rendering.neighbours import DepthCache, textures_kept
 from lfssao.rendering.passes import Textures, render_view
 from lfssao.rendering.viewer import LightField
 
@@ -120,6 +120,8 @@ class Renderer:
         self._threads = min(threads, int(numba.config.NUMBA_NUM_THREADS))
         self._caster: RayCaster | None = None
         self._place = b""
+        self._depths: DepthCache | None = None
+        self._frame = 0  # of the depth textures
         self._build_seconds = 0.0
 
     def prepare(self, item: Item) -> RayCaster:
@@ -128,16 +130,20 @@ class Renderer:
         place = transform.tobytes() + view.cast_from_world.tobytes()
         if self._caster is None or self._place != place:
             self._caster = None  # one at a time in memory
+            if self._frame != item.frame:
+                self._depths, self._frame = None, item.frame
             start = time.perf_counter()
             mesh = moved(self.job.mesh, transform)
             self._caster, self._place = RayCaster(mesh, view.cast_from_world, self._threads), place
-            self._depths = DepthCache(self._caster, 2 * self.job.settings.neighbours + 1)
             self._build_seconds += time.perf_counter() - start
         return self._caster
 
     def adjacent(self, item: Item) -> list[Neighbour]:
         """Mapping and depth texture of each module that an item of the frame that is prepared asks."""
-        return self._depths.neighbours(self.job.neighbours[item.view], self.job.settings.caster)
+        asked = self.job.neighbours[item.view]
+        if self._depths is None and asked:
+            self._depths = DepthCache(self.prepare(item), textures_kept(self.job.neighbours))
+        return [] if self._depths is None else self._depths.neighbours(asked, self.job.settings.caster)
 
     def textures(self, item: Item) -> Textures:
         """An item's textures; their seconds include those of building trees for it."""

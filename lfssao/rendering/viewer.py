@@ -24,10 +24,9 @@ from lfssao.core.arguments import MOST_TEXELS, as_number, as_numbers, as_whole, 
 from lfssao.core.memory import check_available
 from lfssao.errors import InputError, check_choice, shown
 from lfssao.optics.display import Display
-from lfssao.optics.display_file import find_display
+from lfssao.optics.display_file import ViewSet, find_display
 from lfssao.optics.kernels import display as display_kernels
 from lfssao.optics.kernels import projection as mapping
-from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import View, WorldToImage, finite_numbers, inverse_of
 from lfssao.rendering import doubts
 from lfssao.rendering.kernels import light_field as kernels
@@ -195,7 +194,7 @@ def check_modules(display: Display) -> None:
         raise InputError(f"display {display.name}: it has one module, an eye needs two (sample-a has 21, for one)")
 
 
-def picture_size(display: Display | Quilt, width: int) -> tuple[int, int]:
+def picture_size(display: Display | ViewSet, width: int) -> tuple[int, int]:
     """Width and height, pixels, of a picture of the screen with square pixels; InputError for no positive width."""
     width = check_whole("width", width, 1, MOST_TEXELS)
     return width, max(1, round(width * display.screen_height / display.screen_width))

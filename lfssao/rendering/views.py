@@ -1,4 +1,4 @@
-"""The views of a display's modules, or of a quilt, the scene fitted into the display's region of interest."""
+"""The views of a display's modules, quilt or lenses, the scene fitted into the display's region of interest."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from lfssao.core.arguments import as_whole
 from lfssao.errors import InputError, shown
 from lfssao.optics.display import Display, fit_roi
-from lfssao.optics.display_file import find_display, find_views
-from lfssao.optics.quilt import Quilt
+from lfssao.optics.display_file import ViewSet, find_display, find_views
+from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.view import View, box_of, check_positions
 from lfssao.rendering.neighbours import nearest_modules
 from lfssao.scene.builtin import find_scene
@@ -20,9 +20,9 @@ from lfssao.scene.mesh import Mesh
 Box = NDArray[np.float64]  # (2, 3): lower and upper corner
 
 
-def chosen_modules(display: Display | Quilt, modules: Iterable[int] | None) -> Sequence[int]:
-    """Numbers of modules, or a quilt's views, all for None; InputError if they are none, or not all of the display."""
-    count = display.count if isinstance(display, Quilt) else len(display.modules)
+def chosen_modules(display: Display | ViewSet, modules: Iterable[int] | None) -> Sequence[int]:
+    """Numbers of modules, views or lenses, all for None; InputError if they are none, or not all of the display."""
+    count = display.count if isinstance(display, ViewSet) else len(display.modules)
     if modules is None:
         return range(count)
     if not isinstance(modules, Iterable) or (isinstance(modules, np.ndarray) and modules.ndim != 1):
@@ -32,19 +32,19 @@ def chosen_modules(display: Display | Quilt, modules: Iterable[int] | None) -> S
     numbers = [number for number in map(as_whole, ends) if number is not None and 0 <= number < count]
     if not given or len(numbers) < len(ends):
         named = f"{modules.start}:{modules.stop}" if isinstance(modules, range) else shown(given)
-        kind = "views" if isinstance(display, Quilt) else "modules"
+        kind = display.WORDS[1] if isinstance(display, ViewSet) else "modules"
         raise InputError(f"modules {named} are not a part of 0:{count}, the {kind} of {display.name}")
     return given if isinstance(given, range) else numbers
 
 
 def module_views(
     mesh: Mesh | str | Path,
-    display: Display | Quilt | str | Path,
+    display: Display | ViewSet | str | Path,
     modules: Sequence[int] | None = None,
     guard: int = 0,
     bounds: Box | None = None,
 ) -> list[View]:
-    """The views of a display's modules, or of a quilt, all by default, a box of world space fitted into its ROI.
+    """The views of a display's modules, quilt or lenses, all by default, a box of world space fitted into its ROI.
 
     Mesh and display may be names or files (``find_scene``, ``find_views``), modules a range or a list of numbers.
     ``guard`` is the width of the guard band, texels (``Display.view``), and ``bounds``, (2, 3) float64, the box's lower
@@ -67,16 +67,16 @@ def module_views(
 
 def neighbour_views(
     mesh: Mesh,
-    display: Display | Quilt,
+    display: Display | ViewSet,
     count: int,
     modules: Sequence[int] | None = None,
     guard: int = 0,
     bounds: Box | None = None,
 ) -> list[tuple[View, ...]]:
-    """Views of the ``count`` nearest modules of each module, as of ``module_views``; InputError if there are fewer."""
+    """Views of the ``count`` nearest modules, or lenses, of each, as of ``module_views``; InputError if fewer are."""
     wanted = chosen_modules(display, modules)
     if count == 0:
         return [()] * len(wanted)
-    display = find_display(display)
+    display = display if isinstance(display, LensletDisplay) else find_display(display)
     views = module_views(mesh, display, None, guard, bounds)
     return [tuple(views[k] for k in nearest_modules(display, index, count)) for index in wanted]

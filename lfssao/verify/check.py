@@ -39,7 +39,7 @@ def found_digests() -> Iterator[tuple[str, str]]:
     """
     mesh = builtin_scene("statue")
     settings = partial(Settings, default_radii(mesh), normals="smooth")
-    for name in (*display_names(), *display_names(quilts=True)):
+    for name in (*display_names(), *display_names("quilt")):
         (view,) = module_views(mesh, find_views(name).with_resolution(*SIZE), [0])
         yield f"display {name}", _digest(_textures(view, settings()))
     for projection in ("perspective", "orthographic"):

@@ -236,7 +236,7 @@ def test_display_lists_the_presets(capsys):
     assert main(["display"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert display_names() == NAMES
-    assert [line.split(":")[0] for line in lines] == [*NAMES, *display_names(quilts=True)]
+    assert [line.split(":")[0] for line in lines] == [*NAMES, *display_names("quilt"), *display_names("lenslet")]
     assert lines[3].endswith("companion of LF's first author. 1 x 0.6 m, 21 modules, linear diffuser")
 
 

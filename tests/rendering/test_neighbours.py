@@ -63,6 +63,9 @@ def test_depths_are_cast_once_as_long_as_they_are_kept(statue):
     class Counting:
         bounds = texels.bounds
 
+        def of_view(self, view):
+            return self
+
         def gbuffer(self, view, color, rows, caster, positions):
             cast.append(view.name)
             assert (color, caster, positions) == (None, "exact", False)

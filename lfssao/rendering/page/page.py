@@ -31,6 +31,7 @@ from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError, shown
 from lfssao.optics.display import Display
 from lfssao.optics.kernels.display import display_module, screen_to_image
+from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.quilt import Quilt
 from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.folder import read_layer, read_views
@@ -88,6 +89,8 @@ def eye_page(
     """
     folder = Path(folder)
     display, entries = read_views(folder, "shaded", modules)
+    if isinstance(display, LensletDisplay):
+        raise InputError(f"{folder}: a page shows no lenslet display: 'lfssao view --eye-x X --eye-y Y' does")
     chosen = list(entries)
     layers = [name for name in ("color", "shaded") if all(name in entry["textures"] for entry in entries.values())]
     size = picture_size(display, width)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from jobs import edit, render, sentence
+from jobs import edit, manifest_of, render, sentence
 from PIL import Image
 from quilt_files import QUILT
 
@@ -129,10 +129,14 @@ def test_numbers_that_are_not_the_references(folder, mine, tmp_path, capsys):
     assert "it cannot be read as an image" in sentence(capsys)
     save(mine / "merged_qs3x2a0.75.png", codes, 3)
     changed = shutil.copytree(folder, tmp_path / "changed")
-    edit(changed, "quilt", value={"columns": 3})
+    quilt = manifest_of(folder)["quilt"]
+    edit(changed, "quilt", value={**quilt, "roi": None})
     assert main([*words[:2], str(changed)]) == 4
-    assert "its manifest is not what 'lfssao render' writes (it has no 'rows')" in sentence(capsys)
-    edit(changed, "quilt", value={"columns": 3, "rows": 2})
+    assert "its manifest is not what 'lfssao render' writes (TypeError: " in sentence(capsys)
+    edit(changed, "quilt", value={**quilt, "rows": 0})
+    assert main([*words[:2], str(changed)]) == 4
+    assert sentence(capsys).startswith(f"{changed}: its manifest: display small: rows is 0, it must be")
+    edit(changed, "quilt", value=quilt)
     for wrong in ("view_006", "view_-01", "other"):
         edit(changed, "views", 5, "name", value=wrong)
         assert main([*words[:2], str(changed)]) == 4

@@ -1,39 +1,41 @@
-"""Files of a folder by modules: by patterns of names that the user gives, files of several modules, and quilts."""
+"""Files of a folder by modules: by patterns of names that the user gives, and files and pictures of several modules."""
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from lfssao.errors import InputError
+from lfssao.errors import InputError, errors_of
+from lfssao.optics.display_file import set_of
+from lfssao.optics.lenslet import LensletDisplay
+from lfssao.optics.quilt import Quilt
 from lfssao.rendering.folder import reading_manifest
 from lfssao.rendering.image_file import ImagePart, Size, read_image_file
+from lfssao.rendering.panels import panel_layer
 from lfssao.rendering.quilts import layout_of, place_of
 
 Files = str | Sequence[str] | Mapping[str, str]
 
 
 @dataclass(frozen=True, eq=False)
-class QuiltPicture:
-    """A picture of all views of a quilt, side by side."""
+class Mosaic:
+    """A picture of all views of a quilt, side by side, or the texture of a panel behind lenses."""
 
     path: Path
-    layer: str  # the word that its name begins with
-    columns: int
-    rows: int
-    size: Size  # of a view
+    layer: str  # that its name says; '' if its parts' names do
+    place: Callable[[int], tuple[slice, slice]]  # rows and columns of a view or lens
 
     @cached_property
     def _parts(self) -> list[ImagePart]:
-        return read_image_file(self.path)
+        return [replace(part, name=self.layer or part.name) for part in read_image_file(self.path)]
 
     def parts(self, index: int) -> list[ImagePart]:
-        """The parts of one view."""
-        place = place_of(index, self.columns, self.rows, self.size)
-        return [replace(p, name=self.layer, planes=tuple(plane[place] for plane in p.planes)) for p in self._parts]
+        """The parts of one view or lens."""
+        place = self.place(index)
+        return [replace(part, planes=tuple(plane[place] for plane in part.planes)) for part in self._parts]
 
 
 @dataclass(frozen=True)
@@ -44,12 +46,12 @@ class File:
     layer: str = ""
     by_user: bool = False
     shared: bool = False
-    quilt: QuiltPicture | None = None
+    mosaic: Mosaic | None = None
 
     def parts(self, module: str, names: Sequence[str], sizes: Collection[Size]) -> list[ImagePart]:
         """The parts of one of the modules; one without name, or the only one of a user's file, has the layer's."""
-        if self.quilt is not None:
-            return self.quilt.parts(int(module.removeprefix("view_")))
+        if self.mosaic is not None:
+            return self.mosaic.parts(number_of(module))
         if self.shared:
             return _shared_parts(self.path, module, names, sizes)
         parts = read_image_file(self.path, sizes=sizes)
@@ -112,35 +114,55 @@ def holds_modules(path: Path, names: Sequence[str]) -> bool:
     return any(module_of(word, names) for word in words)
 
 
-def quilts_of(there: Iterable[Path], folder: Path, manifest: Mapping[str, Any] | None) -> list[File]:
-    """The pictures of all views, known by their names, where the reference's folder has a quilt.
+def is_mosaic(path: Path) -> bool:
+    """Whether a file shows all views of a quilt, or lenses of a panel, by its name."""
+    return layout_of(path.stem) is not None or panel_layer(path.stem) is not None
 
-    InputError if the numbers of a name, or the texels of a picture, are not those of the quilt's views.
+
+def number_of(module: str) -> int:
+    """The number of a module, view or lens, by its name."""
+    return int(module.rpartition("_")[2])
+
+
+def mosaics_of(there: Iterable[Path], folder: Path, manifest: Mapping[str, Any] | None) -> list[File]:
+    """The pictures of all views, known by their names, where the reference's folder has a quilt or a panel.
+
+    InputError if the numbers of a name, or the texels of a picture, are not those of the quilt's views or the panel.
     """
-    found: list[File] = []
-    if manifest is None or manifest.get("quilt") is None:
-        return found
-    for path in there:
-        layout = layout_of(path.stem)
-        if layout is None:
-            continue
-        layer, columns, rows = layout
-        with reading_manifest(folder):
-            quilt, view = manifest["quilt"], manifest["views"][0]["view"]
-            count = int(quilt["columns"]) * int(quilt["rows"])
-            numbers = [int(entry["name"].removeprefix("view_")) for entry in manifest["views"]]
-            if not 0 <= min(numbers) <= max(numbers) < count:
-                raise ValueError(f"views are not those of the quilt: {numbers}")
-            width, height = (view[side] - 2 * view["guard"] for side in ("width", "height"))
-        if columns * rows != count:
-            raise InputError(f"{path}: its name says {columns} x {rows} views, the reference's quilt has {count}")
-        size, wanted = read_image_file(path, sizes=[])[0].planes[0].shape[::-1], (columns * width, rows * height)
-        if size != wanted:
-            texels = ["{}x{}".format(*each) for each in (size, (width, height), wanted)]
-            views = f"{columns} x {rows} views of {texels[1]}, as the reference's are, have {texels[2]}"
-            raise InputError(f"{path}: it has {texels[0]} texels, but {views}")
-        found.append(File(path, layer, quilt=QuiltPicture(path, layer, columns, rows, (width, height))))
-    return found
+    named = [path for path in there if is_mosaic(path)]
+    if manifest is None or not named:
+        return []
+    with reading_manifest(folder), errors_of(f"{folder}: its manifest"):
+        views = set_of(manifest)
+        if views is None:
+            return []
+        numbers = {entry["name"]: number_of(entry["name"]) for entry in manifest["views"]}
+        for name, number in numbers.items():
+            if not 0 <= number < views.count or name != f"{views.WORDS[0]}_{number:03d}":
+                raise ValueError(f"{views.WORDS[1]} are not those of the {views.KIND}: {name}")
+    if isinstance(views, Quilt):
+        return [_quilt_file(path, *layout, views) for path in named if (layout := layout_of(path.stem)) is not None]
+    return [_panel_file(path, layer, views) for path in named if (layer := panel_layer(path.stem)) is not None]
+
+
+def _quilt_file(path: Path, layer: str, columns: int, rows: int, quilt: Quilt) -> File:
+    if columns * rows != quilt.count:
+        raise InputError(f"{path}: its name says {columns} x {rows} views, the reference's quilt has {quilt.count}")
+    views = f"{columns} x {rows} views of {quilt.width}x{quilt.height}"
+    _check_texels(path, (columns * quilt.width, rows * quilt.height), f"{views}, as the reference's are, have")
+    place = partial(place_of, columns=columns, rows=rows, size=(quilt.width, quilt.height))
+    return File(path, layer, mosaic=Mosaic(path, layer, place))
+
+
+def _panel_file(path: Path, layer: str, display: LensletDisplay) -> File:
+    _check_texels(path, (display.width, display.height), "the reference's panel has")
+    return File(path, layer, mosaic=Mosaic(path, layer, display.place))
+
+
+def _check_texels(path: Path, wanted: Size, words: str) -> None:
+    size = read_image_file(path, sizes=[])[0].planes[0].shape[::-1]
+    if size != wanted:
+        raise InputError("{}: it has {}x{} texels, but {} {}x{}".format(path, *size, words, *wanted))
 
 
 def _shared_parts(path: Path, module: str, names: Sequence[str], sizes: Collection[Size]) -> list[ImagePart]:

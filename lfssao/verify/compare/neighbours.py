@@ -85,7 +85,7 @@ class Neighbours:
 
     def _cast(self, module: str) -> Array | None:
         """The depth of a module that was asked, from the mesh; None where that is not at hand or cannot be cast."""
-        entry = next(iter(self._reference.entries.values()))  # all share their cast space
+        entry = next(iter(self._reference.entries.values()))
         caster = None if self._surface is None else self._surface.caster(entry)
         if caster is None:
             return None

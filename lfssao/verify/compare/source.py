@@ -15,9 +15,8 @@ from lfssao.errors import InputError
 from lfssao.rendering.folder import entries_of, load_manifest
 from lfssao.rendering.image_file import ENDINGS, ImagePart, Size, part_of, read_image_file
 from lfssao.rendering.manifest import MANIFEST, digest
-from lfssao.rendering.quilts import layout_of
 from lfssao.verify.case import IMAGES, Case
-from lfssao.verify.compare.files import File, Files, files_like, holds_modules, module_of, quilts_of
+from lfssao.verify.compare.files import File, Files, files_like, holds_modules, is_mosaic, module_of, mosaics_of
 from lfssao.verify.compare.layers import Layer, layers_of
 from lfssao.verify.compare.view_case import view_case
 from lfssao.verify.kit.folder import read_case, read_index
@@ -126,13 +125,14 @@ class Mine:
 
         Patterns come first. ``module_003.exr`` holds a module; ``module_003_merged.tif``, or with '.' or '-', one layer
         of it; an EXR file of another name may have parts or channels ``module_003.merged`` of all, and the picture
-        ``merged_qs8x6a0.75.png`` has a layer of all views of a quilt that have no other file. InputError if the
-        path is not there, no file is like a pattern, or one is a file and the other a folder.
+        ``merged_qs8x6a0.75.png`` has a layer of all views of a quilt that have no other file, as ``panel.exr`` and
+        ``panel_merged.tif`` have of all lenses. InputError if the path is not there, no file is like a pattern, or one
+        is a file and the other a folder.
         """
         if not os.path.exists(path):
             raise InputError(f"{path}: there is no such file or folder")
         names = list(reference.files)
-        several = not path.is_dir() and (holds_modules(path, names) or layout_of(path.stem) is not None)
+        several = not path.is_dir() and (holds_modules(path, names) or is_mosaic(path))
         if path.is_dir() != reference.path.is_dir() and not several:
             kinds = ["a folder" if p.is_dir() else "a file" for p in (path, reference.path)]
             raise InputError(f"{path} is {kinds[0]} and {reference.path} is {kinds[1]}: compare like with like")
@@ -152,9 +152,9 @@ class Mine:
             return cls(path, {names[0]: [File(file, file.stem) for file in others]}, ())
         unnamed, alike = [name for name in names if name not in named], set(map(_pattern, names))
         shared = [file for file in others if holds_modules(file, unnamed)]
-        quilts = quilts_of(others, reference.path, reference.manifest) if unnamed else []
+        mosaics = mosaics_of(others, reference.path, reference.manifest) if unnamed else []
         for name in unnamed:
-            files[name] += [*(File(file, shared=True) for file in shared), *quilts]
+            files[name] += [*(File(file, shared=True) for file in shared), *mosaics]
         strange = [f for f in others if reference.manifest is None or f in claimed or _pattern(f.stem) in alike]
         return cls(path, files, tuple(f.name for f in strange if f not in shared))
 

@@ -7,13 +7,15 @@ import pytest
 from bits import assert_same_bits
 from jobs import NEEDS_EMBREE, manifest_of
 from jobs import render as render_files
+from lenslet_files import LENSES
 
-from lfssao import RayCaster, Settings, find_display, make_samples, module_views, read_exr
+from lfssao import RayCaster, Settings, find_display, make_samples, module_views, parse_display, read_exr
 from lfssao.ao import ssao
 from lfssao.ao.estimators import neighbours
 from lfssao.errors import InputError
-from lfssao.rendering.neighbours import DepthCache, nearest_modules
+from lfssao.rendering.neighbours import DepthCache, nearest_modules, textures_kept
 from lfssao.rendering.passes import render
+from lfssao.rendering.views import neighbour_views
 
 SAMPLE_A = find_display("sample-a")
 
@@ -78,6 +80,16 @@ def test_depths_are_cast_once_as_long_as_they_are_kept(statue):
             assert mapping is views[k].world_to_image
             np.testing.assert_array_equal(depth, texels.gbuffer(views[k]).depth)
     assert [int(name[-3:]) for name in cast] == [0, 1, 2, 5, 1]
+
+
+def test_all_textures_of_lenses_are_kept_and_those_of_modules_in_turn(statue):
+    display = parse_display(LENSES, "small.toml")
+    asked = neighbour_views(statue, display, 4, range(6, 9))
+    names = sorted({int(view.name[-3:]) for views in asked for view in views})
+    assert names == [1, 2, 3, 5, 6, 7, 8, 9, 11, 12, 13]
+    assert textures_kept(asked) == 11
+    large = neighbour_views(statue, SAMPLE_A.with_resolution(4096, 2048), 2, range(8))
+    assert textures_kept(large) == 5
 
 
 @NEEDS_EMBREE

@@ -50,16 +50,14 @@ def test_a_panel_has_the_bits_of_its_lenses_side_by_side(job, more, tmp_path):
     assert panel["ao_2"].pixels.max() > 0.3
 
 
-def test_occlusion_of_a_panel_is_that_of_each_part_by_its_lens(job, tmp_path):
-    """Algorithm 1 on parts of the panel's depth, cut here, with matrices made here from the display's numbers.
+def matrices():
+    """World to texels of each lens's image, and depth, (4, 4), made here from the display's numbers.
 
-    The scene is 1 / scale metres a unit: fitted by the ROI of 0.08 x 0.08 x 0.1 metres, whose middle is at z = 0.1.
-    A lens's depth is 0 at 0.9 and 1 at 1.1 times the ROI's least and greatest z.
+    The scene is fitted into the ROI of 0.08 x 0.08 x 0.1 metres, whose middle is at z = 0.1. A lens's depth is 0 at 0.9
+    and 1 at 1.1 times the ROI's least and greatest z.
     """
-    folder = render(tmp_path / "out", *job, "--rotate", "none", "--samples", "16")
-    panel, box = read_exr(folder / "panel.exr"), find_scene("statue").bounds
-    metres = min(0.08 / (box[1] - box[0])[0], 0.08 / (box[1] - box[0])[1], 0.1 / (box[1] - box[0])[2])
-    middle, radius = box.mean(axis=0), 0.05 * sqrt(((box[1] - box[0]) ** 2).sum())
+    box = find_scene("statue").bounds
+    metres, middle = (np.array([0.08, 0.08, 0.1]) / (box[1] - box[0])).min(), box.mean(axis=0)
     near, far = 0.9 * 0.05, 1.1 * 0.15
     for index in range(COUNT):
         row, column = divmod(index, 5)
@@ -74,18 +72,65 @@ def test_occlusion_of_a_panel_is_that_of_each_part_by_its_lens(job, tmp_path):
         rows, columns = place(index)
         c_u, c_v = 20 + 1000 * x - columns.start, 15 - 1000 * y - rows.start
         a = far / (far - near)
-        texels = np.array([[20, 0, c_u, 0], [0, -20, c_v, 0], [0, 0, a, -a * near], [0, 0, 1, 0]])
-        matrix = texels @ seen
+        yield np.array([[20, 0, c_u, 0], [0, -20, c_v, 0], [0, 0, a, -a * near], [0, 0, 1, 0]]) @ seen
+
+
+def diagonal():
+    box = find_scene("statue").bounds
+    return sqrt(((box[1] - box[0]) ** 2).sum())
+
+
+def test_occlusion_of_a_panel_is_that_of_each_part_by_its_lens(job, tmp_path):
+    """Algorithm 1 on parts of the panel's depth, cut here: each lens is asked alone."""
+    folder = render(tmp_path / "out", *job, "--rotate", "none", "--samples", "16")
+    panel, samples = read_exr(folder / "panel.exr"), make_samples("latin", 16)
+    for index, matrix in enumerate(matrices()):
+        rows, columns = place(index)
         depth = np.ascontiguousarray(panel["depth"].pixels[rows, columns, 0])
-        made = algorithm1(depth, np.linalg.inv(matrix), matrix, make_samples("latin", 16), radius).texture
-        off = np.abs(made - panel["ao_1"].pixels[rows, columns, 0])
-        assert (off > 0).mean() < 0.02  # matrices rounded otherwise decide a sample otherwise, now and then
+        made = algorithm1(depth, np.linalg.inv(matrix), matrix, samples, 0.05 * diagonal()).texture
+        off = made != panel["ao_1"].pixels[rows, columns, 0]
+        assert off.mean() < 0.02  # matrices rounded otherwise decide a sample otherwise, now and then
+
+
+def occlusion_by_all_lenses(panel, samples, radius):
+    """Share of each texel's samples that lie behind the surface in each lens's image into which they fall.
+
+    A sample counts if it falls into one or more. By loops over lenses alone, in float64.
+    """
+    depths = [panel["depth"].pixels[place(k)][..., 0].astype(np.float64) for k in range(COUNT)]
+    positions = panel["positions"].pixels.astype(np.float64)
+    surface = np.isfinite(positions[..., 0])
+    points = np.concatenate([positions[surface][:, None] + radius * samples, np.ones((surface.sum(), 16, 1))], axis=2)
+    asked, hidden = np.zeros((2, *points.shape[:2]), int)
+    for matrix, depth in zip(matrices(), depths, strict=True):
+        a, b, c, q = np.moveaxis(points @ matrix.T, 2, 0)
+        column, row = np.floor(a / q).astype(int), np.floor(b / q).astype(int)
+        falls = (row >= 0) & (row < depth.shape[0]) & (column >= 0) & (column < depth.shape[1])
+        asked += falls
+        hidden[falls] += depth[row[falls], column[falls]] < (c / q)[falls]
+    made = np.zeros(surface.shape)
+    made[surface] = ((asked > 0) & (hidden == asked)).mean(axis=1)
+    return made, surface, (asked > 0).mean()
+
+
+def test_each_sample_may_ask_each_lens_that_sees_it(job, tmp_path):
+    folder = render(tmp_path / "out", *job, "--samples", "16", "--neighbours", "14")
+    panel, samples = read_exr(folder / "panel.exr"), make_samples("latin", 16)
+    made, surface, seen = occlusion_by_all_lenses(panel, samples, 0.1 * diagonal())
+    off = np.abs(made - panel["ao_2"].pixels[..., 0])[surface]
+    assert (off > 1e-6).mean() < 0.02
+    assert off.max() < 0.2
+    outside = sum(entry["samples_outside"][1] for entry in manifest_of(folder)["views"])
+    assert outside / (16 * surface.sum()) == pytest.approx(1 - seen, abs=1e-3)
+    alone = render(tmp_path / "alone", *job, "--samples", "16", "--rotate", "none")
+    own = read_exr(alone / "panel.exr")["ao_2"].pixels[..., 0]
+    assert (np.abs(made - own)[surface] > 1e-6).mean() > 0.3
 
 
 def test_the_library_renders_lens_by_lens(tmp_path, job):
     folder = render(tmp_path / "out", *job)
     display, mesh = find_views(tmp_path / "small.toml"), find_scene("statue")
-    radii = tuple(0.01 * share * sqrt(((mesh.bounds[1] - mesh.bounds[0]) ** 2).sum()) for share in (5, 10))
+    radii = 0.05 * diagonal(), 0.1 * diagonal()
     panel, lenses = read_exr(folder / "panel.exr"), textures_of(mesh, display, Settings(radii), [7, 2])
     for index, textures in zip([7, 2], lenses, strict=True):
         assert textures.view.name == f"lens_{index:03d}"

@@ -73,6 +73,22 @@ def test_each_stage_of_another_radius(folder, tmp_path):
     assert {r.verdict for r in found if r.layer in ("merged", "blurred", "shaded")} == {Verdict.INSIDE}
 
 
+def test_lenses_that_ask_others_have_intervals(tmp_path):
+    """Those that were not rendered are cast from the mesh, each from its own place."""
+    (tmp_path / "small.toml").write_text(LENSES)
+    job = "statue", "--display", str(tmp_path / "small.toml"), "--radii", "10%", "--neighbours", "4"
+    some = render(tmp_path / "some", *job, "--modules", "7")
+    (tmp_path / "mine").mkdir()
+    codes = np.rint(255 * read_exr(some / "lens_007.exr")["ao_1"].pixels[..., 0]).astype(np.uint8)
+    Image.fromarray(codes).save(tmp_path / "mine" / "lens_007_ao_1.png")
+    (result,) = compare(tmp_path / "mine", some, layers=["ao_1"]).results
+    assert result.verdict is Verdict.INSIDE
+    codes[codes > 0] += 32  # a sample of eight
+    Image.fromarray(codes).save(tmp_path / "mine" / "lens_007_ao_1.png")
+    (result,) = compare(tmp_path / "mine", some, layers=["ao_1"], diagnosis=False).results
+    assert result.verdict is Verdict.OUTSIDE
+
+
 def test_what_is_no_panel_of_the_reference(folder, mine, tmp_path, capsys):
     words = ["compare", str(mine), str(folder), "--layers", "merged"]
     np.save(mine / "panel_merged.npy", np.zeros((30, 41), np.float32))

@@ -172,6 +172,20 @@ def test_each_frame_has_its_own(job, tmp_path):
     assert first.read_bytes() != second.read_bytes()
 
 
+def test_lenses_ask_those_of_their_own_frame(job, tmp_path):
+    """Two frames, and the same in the other order, which have the same box."""
+    near, far = np.eye(4), np.diag([1.0, 1.0, 1.0, 1.0])
+    far[0, 3] = 0.3
+    for name, frames in (("forth", [near, far]), ("back", [far, near])):
+        np.save(tmp_path / f"{name}.npy", np.array(frames))
+        more = "--frames", str(tmp_path / f"{name}.npy"), "--neighbours", "4", "--layers", "merged"
+        render(tmp_path / name, *job, *more)
+    first = [read_exr(tmp_path / "forth" / f"frame_{k:04d}" / "panel.exr")["merged"].pixels for k in range(2)]
+    second = [read_exr(tmp_path / "back" / f"frame_{1 - k:04d}" / "panel.exr")["merged"].pixels for k in range(2)]
+    np.testing.assert_array_equal(first, second)
+    assert (first[0] != first[1]).any()
+
+
 def test_refusals(job, tmp_path, capsys):
     for words, reason in {
         (*job, "--quilt", "merged"): "--quilt is for all views of a quilt: it needs --display of one, and no --modules",

@@ -52,7 +52,8 @@ def add_to(view: argparse.ArgumentParser) -> None:
     named = "picture to write, .png, with --orbit animated (default: DIR/eye.png or orbit.png)"
     add("-o", "--output", metavar="FILE", help=named)
     page = """write a page without network instead, on which the eye moves by mouse and keys and AO is switched; it
-        blends shaded textures linearly, within one 8-bit code of the picture, and shows flat screens and quilts"""
+        blends shaded textures linearly, within one 8-bit code of the picture, and shows flat screens, quilts and, in
+        the picture's bits, lenslet displays"""
     add("--html", metavar="FILE", help=page)
     add("--modules", type=module_range, metavar="A[:B]", help="modules or lenses A to B - 1, or A alone (default: all)")
     add("--layer", default="shaded", metavar="NAME", help="shaded, color, or ao_1, merged, ... (default: shaded)")
@@ -159,15 +160,16 @@ def _fill(field: LightField | LensletView, entries: dict[int, dict[str, Any]], o
 
 
 def _write_page(options: argparse.Namespace) -> None:
-    others = options.orbit, options.output, options.distance, options.eye_y, options.layer, options.blend
-    if others != (None, None, None, None, "shaded", "linear"):
-        raise InputError("--html does not go with --orbit, --output, --distance, --eye-y, --layer or --blend")
+    others = options.orbit, options.output, options.distance, options.layer, options.blend
+    if others != (None, None, None, "shaded", "linear"):
+        raise InputError("--html does not go with --orbit, --output, --distance, --layer or --blend")
     target = check_target("--html", Path(options.html), (".html",))
 
     def bar(steps: Any, total: int) -> Any:
         return progress(steps, total=total, desc="read", unit="module")
 
-    eye_page(options.folder, options.modules, options.eye_x, options.width or PAGE_WIDTH, bar).save(target)
+    width = options.width or PAGE_WIDTH
+    eye_page(options.folder, options.modules, options.eye_x, width, bar, options.eye_y).save(target)
     print(printable(f"open {target}: drag the picture to move the eye"), flush=True)
 
 

@@ -22,8 +22,9 @@ from lfssao.rendering.views import chosen_modules
 class LensletView:
     """A lenslet display and the textures, ``channels`` channels each, that its lenses show.
 
-    Lenses are the numbers of those that will be given textures (default: all); the others stay dark. InputError if
-    there is none of a number, or memory is too small.
+    Lenses are the numbers of those that will be given textures (default: all); the others stay dark. ``panel``, (H, W,
+    channels) float32, is the panel's texture as far as it is known, else 0. InputError if there is no lens of a number,
+    or memory is too small.
 
     >>> display = lfssao.find_views("near-eye").with_resolution(216, 216)
     >>> view = LensletView(display, [112])
@@ -36,7 +37,7 @@ class LensletView:
         self.display = display
         self._missing = set(chosen_modules(display, lenses))
         check_available(f"display {display.name}: the panel", 5.0 * display.width * display.height * channels)
-        self._panel = np.zeros((display.height, display.width, channels), np.float32)
+        self.panel = np.zeros((display.height, display.width, channels), np.float32)
         self._lit = np.zeros((display.height, display.width), np.bool_)
 
     def put(self, index: int, *textures: NDArray[np.float32]) -> None:
@@ -48,11 +49,11 @@ class LensletView:
             raise InputError(f"lens {shown(index)} is not one of {self.missing}")
         named, place = f"the texture of lens {index}", self.display.place(index)
         pixels = np.concatenate([as_numbers(named, texture) for texture in textures], axis=-1)
-        if pixels.shape != self._panel[place].shape:
-            raise InputError(f"{named} has shape {pixels.shape}, expected {self._panel[place].shape}")
+        if pixels.shape != self.panel[place].shape:
+            raise InputError(f"{named} has shape {pixels.shape}, expected {self.panel[place].shape}")
         if not np.isfinite(pixels).all():
             raise InputError(f"{named} has a value that is not finite")
-        self._panel[place], self._lit[place] = pixels, True
+        self.panel[place], self._lit[place] = pixels, True
         self._missing.remove(index)
 
     @property
@@ -79,4 +80,4 @@ class LensletView:
         column = np.clip(u, 0, display.width - 1).astype(np.int64)
         row = np.clip(v, 0, display.height - 1).astype(np.int64)[:, None]
         lit = inside & self._lit[row, column]
-        return Photograph(np.where(lit[..., None], self._panel[row, column], np.float32(0)), int(np.sum(~lit)))
+        return Photograph(np.where(lit[..., None], self.panel[row, column], np.float32(0)), int(np.sum(~lit)))

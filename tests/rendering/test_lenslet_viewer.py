@@ -141,10 +141,9 @@ def test_an_animation_and_a_distance(folder, tmp_path):
 
 
 def test_refusals(folder, tmp_path, capsys):
-    shown, out, page = str(folder), ("-o", str(tmp_path / "a.png")), str(tmp_path / "a.html")
+    shown, out = str(folder), ("-o", str(tmp_path / "a.png"))
     for words, reason in {
         ("--blend", "nearest", *out): "--blend is for displays of modules: an eye sees the lenses of small as they are",
-        ("--html", page): f"{folder}: a page shows no lenslet display: 'lfssao view",
         ("--distance", "1e-3", "--orbit"): "--orbit: there is no eye that sees each lens of small show its own",
         ("--modules", "15", *out): "modules 15:16 are not a part of 0:15, the lenses of small",
     }.items():

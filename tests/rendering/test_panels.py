@@ -174,7 +174,7 @@ def test_each_frame_has_its_own(job, tmp_path):
 
 def test_lenses_ask_those_of_their_own_frame(job, tmp_path):
     """Two frames, and the same in the other order, which have the same box."""
-    near, far = np.eye(4), np.diag([1.0, 1.0, 1.0, 1.0])
+    near, far = np.eye(4), np.eye(4)
     far[0, 3] = 0.3
     for name, frames in (("forth", [near, far]), ("back", [far, near])):
         np.save(tmp_path / f"{name}.npy", np.array(frames))

@@ -3,7 +3,8 @@
 On a flat screen a module shows each screen point the same light wherever the eye is; the eye's place decides how much
 of it counts. So the page holds each module's texture as it is read at the picture's pixels, in 8-bit sRGB, and a shader
 blends two of them as ``LightField.photograph`` does with blend 'linear', within one code of its 8-bit picture. Rays of
-a quilt's view meet in its eye; so the page takes it for a module that stands there, before the screen.
+a quilt's view meet in its eye; so the page takes it for a module that stands there, before the screen. Through lenses
+an eye sees texels of the panel as they are: their page holds the panel, and its picture is that of ``LensletView``.
 """
 
 import json
@@ -12,6 +13,7 @@ from base64 import b64encode
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from hashlib import sha256
 from html import escape
 from importlib.resources import files
@@ -34,7 +36,8 @@ from lfssao.optics.kernels.display import display_module, screen_to_image
 from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.quilt import Quilt
 from lfssao.rendering.exr import use_one_thread_a_file
-from lfssao.rendering.folder import read_layer, read_views
+from lfssao.rendering.folder import fill, read_layer, read_views
+from lfssao.rendering.lenslet_viewer import LensletView
 from lfssao.rendering.viewer import check_modules, eye_point, eye_range, picture_size
 
 MOST_BYTES = 2**29  # of texels on a graphics card, four bytes each
@@ -72,13 +75,15 @@ def eye_page(
     eye_x: float | None = None,
     width: int = 900,
     bar: Callable[..., Any] = lambda steps, total: steps,
+    eye_y: float | None = None,
 ) -> EyePage:
     """The page of a display that ``lfssao render`` wrote into a folder: textures with AO, and without if coloured.
 
     ``modules`` are the numbers of those, or of a quilt's views, that shine (default: all); the eye begins at ``eye_x``,
-    metres (default: as near to the middle as light reaches); ``width`` is the picture's, pixels. ``bar`` passes on one
-    step a module. InputError as ``LightField``, and if a quilt has one view, there is no shaded texture, the pictures
-    take more than ``MOST_BYTES``, the screen is curved, or the display is conical and its modules are not in a line.
+    metres (default: as near to the middle as light reaches), before lenses at ``eye_y``, too; ``width`` is the
+    picture's, pixels. ``bar`` passes on one step a module. InputError as ``LightField``, and if a quilt has one view,
+    there is no shaded texture, the pictures take more than ``MOST_BYTES``, the screen is curved, the display is conical
+    and its modules are not in a line, or ``eye_y`` is given of a display without lenses.
 
     >>> from lfssao.cli.main import main
     >>> main("render corner --display sample-a --modules 9:12 --resolution 50x30 -o out".split())
@@ -89,16 +94,18 @@ def eye_page(
     """
     folder = Path(folder)
     display, entries = read_views(folder, "shaded", modules)
-    if isinstance(display, LensletDisplay):
-        raise InputError(f"{folder}: a page shows no lenslet display: 'lfssao view --eye-x X --eye-y Y' does")
     chosen = list(entries)
     layers = [name for name in ("color", "shaded") if all(name in entry["textures"] for entry in entries.values())]
     size = picture_size(display, width)
+    if isinstance(display, LensletDisplay):
+        _check_size(folder, 4 * len(layers) * display.width * display.height)
+        view = LensletView(display, chosen, 3 * len(layers))
+        fill(view, folder, layers, entries, partial(bar, total=len(chosen)))
+        return EyePage(_page_of_lenses(view, size, (eye_x or 0.0, eye_y or 0.0)), size[1])
+    if eye_y is not None:
+        raise InputError(f"eye y is for lenslet displays: the observers of {display.name} stand on a line")
     seen = _of_quilt(display, chosen, eye_x) if isinstance(display, Quilt) else _of_display(display, chosen, eye_x)
-    needed = 4 * len(layers) * len(chosen) * size[0] * size[1]
-    if needed > MOST_BYTES:
-        told = f"{needed >> 20} MB of pictures, a page holds {MOST_BYTES >> 20}"
-        raise InputError(f"{folder}: {told}: take fewer modules or a smaller width")
+    _check_size(folder, 4 * len(layers) * len(chosen) * size[0] * size[1])
 
     def packed(index: int) -> tuple[list[str], NDArray[np.bool_]]:
         return _packed(display, index, size, folder, entries[index], layers)
@@ -118,7 +125,17 @@ def eye_page(
         "modules": modules,
         **seen,
     }
-    return EyePage(_filled(display.name, size, data, "view" if isinstance(display, Quilt) else "module"), size[1])
+    (left, right), (near, far) = data["eyes"], data["distances"]
+    kind, distance = "view" if isinstance(display, Quilt) else "module", f"{data['distance']:.3g}"
+    more = {"kind": kind, "left": left, "right": right, "near": near, "far": far, "distance": distance}
+    return EyePage(_filled("eye", display.name, size, data, **more), size[1])
+
+
+def _check_size(folder: Path, needed: int) -> None:
+    """Refuse (InputError) pictures of so many bytes on a graphics card that a page does not hold them."""
+    if needed > MOST_BYTES:
+        told = f"{needed >> 20} MB of pictures, a page holds {MOST_BYTES >> 20}"
+        raise InputError(f"{folder}: {told}: take fewer modules or a smaller width")
 
 
 def _of_display(display: Display, chosen: Sequence[int], eye_x: float | None) -> dict[str, Any]:
@@ -157,6 +174,33 @@ def _of_quilt(quilt: Quilt, chosen: Sequence[int], eye_x: float | None) -> dict[
         "eyes": (min(left, start), max(right, start)),
         "places": [(quilt.eye_x(k), 0.0, -quilt.distance) for k in range(quilt.count)],
     }
+
+
+def _page_of_lenses(view: LensletView, size: tuple[int, int], eye: tuple[float, float]) -> str:
+    """The file's text for a lenslet display and its panel's textures: the eye moves in a plane before the lenses."""
+    display, box = view.display, view.display.eye_box
+    for name, place in zip("xy", eye, strict=True):
+        if not isfinite(as_number(place)):
+            raise InputError(f"eye {name} is {shown(place)}, it must be a finite number")
+    # So far that lenses show others' images, too.
+    farthest = max(1.5 * box if box > 0 else 0.1 * display.observer_distance, *map(abs, eye))
+    layers = np.split(view.panel, view.panel.shape[2] // 3, axis=2)
+    data = {
+        "panels": [b64encode(image_png(Image.fromarray(to_codes(layer)))).decode() for layer in layers],
+        "size": (display.width, display.height),
+        "panel": (display.panel_width, display.panel_height),
+        "screen": (display.screen_width, display.screen_height),
+        "start": 0.5 if display.middle == "lens" else 0.0,
+        "lensPitch": display.lens_pitch,
+        "imagePitch": display.image_pitch,
+        "gap": display.gap,
+        "focalLength": display.focal_length,
+        "eye": eye,
+        "eyes": (-farthest, farthest),
+        "distance": display.observer_distance,
+        "distances": (0.5 * display.observer_distance, 2 * display.observer_distance),
+    }
+    return _filled("lenses", display.name, size, data, box=f"{1000 * max(box, 0.0):.3g}")
 
 
 def _distances(display: Display, left: float, right: float) -> tuple[float, float]:
@@ -232,26 +276,20 @@ def _bilinear(texture: NDArray[np.float32], u: NDArray[np.float64], v: NDArray[n
     return made
 
 
-def _filled(name: str, size: Sequence[int], data: Mapping[str, Any], kind: str) -> str:
-    """The file's text; kind: what shows a texture, a module or a view."""
+def _filled(page: str, name: str, size: Sequence[int], data: Mapping[str, Any], **more: Any) -> str:
+    """The text of the file that a page's template gives, of a display of that name; ``more`` is what it says, too."""
     here = files(__package__)
-    page, style, shader, script = ((here / f"eye.{end}").read_text("utf-8") for end in ("html", "css", "frag", "js"))
-    allowed = [f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'" for text in (style, script)]
-    policy = f"default-src 'none'; img-src data:; style-src {allowed[0]}; script-src {allowed[1]}"
-    (left, right), (near, far) = data["eyes"], data["distances"]
-    return Template(page).substitute(
-        kind=kind,
+    names = f"{page}.html", "eye.css", "eye.frag", f"{page}.js"
+    text, style, shader, script = ((here / name).read_text("utf-8") for name in names)
+    allowed = [f"'sha256-{b64encode(sha256(part.encode()).digest()).decode()}'" for part in (style, script)]
+    return Template(text).substitute(
         name=escape(name.encode("utf-8", "backslashreplace").decode()),
-        policy=policy,
+        policy=f"default-src 'none'; img-src data:; style-src {allowed[0]}; script-src {allowed[1]}",
         style=style,
         shader=shader,
         script=script,
         width=size[0],
         height=size[1],
-        left=left,
-        right=right,
-        near=near,
-        far=far,
-        distance=f"{data['distance']:.3g}",
         data=json.dumps(data).replace("<", "\\u003c"),
+        **more,
     )

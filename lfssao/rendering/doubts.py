@@ -14,12 +14,14 @@ import numpy as np
 from lfssao.errors import InputWarning
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import ViewSet
+from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.view import View
 from lfssao.rendering.settings import Settings, diagonal
 from lfssao.rendering.views import Box
 from lfssao.scene.mesh import Mesh
 
 _WIDEST = 50.0  # metres; no screen that scatters light fields is a tenth as wide
+_WIDEST_LENS = 0.05  # metres; lenses of no panel are half as far apart
 _FARTHEST = 50.0  # widths of a small screen; nobody sees its light field from a tenth as far
 _OURS = r"((module|view|lens)_\d{3,}|camera|left|right)\.(exr|png)"
 
@@ -36,6 +38,8 @@ def of_display(display: Display | ViewSet) -> Iterator[str]:
     if is_wide:
         size = f"{display.screen_width:g} x {display.screen_height:g}"
         yield f"display {display.name}: its screen is {size} metres large: did you mean millimetres?"
+    if isinstance(display, LensletDisplay) and not is_wide and display.lens_pitch > _WIDEST_LENS:
+        yield f"display {display.name}: its lenses are {display.lens_pitch:g} metres apart: did you mean millimetres?"
     if is_wide or isinstance(display, ViewSet):
         return
     limit = min(_WIDEST, _FARTHEST * max(display.screen_width, display.screen_height))

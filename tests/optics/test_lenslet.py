@@ -190,6 +190,15 @@ def test_a_file_that_is_wrong(line, reason):
     assert str(caught.value).startswith(reason)
 
 
+def test_millimetres_in_place_of_metres(capsys, tmp_path):
+    for pitch in ("0.01125", "11.25"):
+        (tmp_path / "a.toml").write_text(LENSES.replace("lens_pitch = 0.01125", f"lens_pitch = {pitch}"))
+        assert main(["display", str(tmp_path / "a.toml")]) == 0
+    assert sorted(capsys.readouterr().err.splitlines()) == [
+        "lfssao: display small: its lenses are 11.25 metres apart: did you mean millimetres?"
+    ]
+
+
 def test_too_many_lenses():
     """499 x 375: middles of texels reach 249.4 and 187.1 pitches from the panel's."""
     with pytest.raises(InputError, match="small: lenses is 187125, it must be"):

@@ -25,8 +25,7 @@ from lfssao.cli.main import main
 from lfssao.cli.terminal import BAD_INPUT, NOT_COMPARED
 from lfssao.errors import InputError
 from lfssao.optics.camera import Camera
-from lfssao.optics.display_file import display_text, find_views
-from lfssao.optics.quilt import Quilt
+from lfssao.optics.display_file import ViewSet, display_text, find_views
 from lfssao.optics.view import KINDS
 from lfssao.rendering.animation import frame_bounds, read_transforms
 from lfssao.rendering.exr import read_exr, write_exr
@@ -84,7 +83,7 @@ def _rendered() -> Files:
 
 
 def displays() -> list[Files]:
-    names = "sample-a", "convex", "c80", "virtual", "sample-b", "looking-glass-portrait"
+    names = "sample-a", "convex", "c80", "virtual", "sample-b", "looking-glass-portrait", "near-eye"
     listed = "\n".join(
         ['name = "mine"', "[screen]", "width = 1.0", "height = 0.5", "[observer]", "distance = 2.0", "[roi]",
          "min = [-0.3, -0.2, -0.1]", "max = [0.3, 0.2, 0.1]", "[modules]", 'layout = "list"',
@@ -96,7 +95,7 @@ def displays() -> list[Files]:
 def load_display(path: Path) -> None:
     run("display", path)
     display, mesh = find_views(path), builtin_scene("corner")
-    last = (display.count if isinstance(display, Quilt) else len(display.modules)) - 1
+    last = (display.count if isinstance(display, ViewSet) else len(display.modules)) - 1
     display.with_resolution(8, 6)
     for number in (0, last):
         module_views(mesh, display, range(number, number + 1))

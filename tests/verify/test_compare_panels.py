@@ -32,8 +32,15 @@ def mine(tmp_path):
 def test_two_folders_and_a_panel_for_the_files_of_its_lenses(folder, mine):
     layers = {"depth", "positions", "color", "ao_1", "merged", "blurred", "shaded"}
     shutil.copy(folder / "panel.exr", mine)
-    for other in (shutil.copytree(folder, mine.parent / "copy"), mine, mine / "panel.exr"):
-        report = compare(other, folder)
+    copy, panel = shutil.copytree(folder, mine.parent / "copy"), "panel.exr"
+    for other, reference in (
+        (copy, folder),
+        (mine, folder),
+        (mine / panel, folder),
+        (mine / panel, folder / panel),
+        (mine, folder / panel),
+    ):
+        report = compare(other, reference)
         assert report.exit_code == 0
         assert {r.verdict for r in report.results} == {Verdict.EQUAL_BITS}
         assert sorted((r.module, r.layer) for r in report.results) == sorted((n, c) for n in NAMES for c in layers)

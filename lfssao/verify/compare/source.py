@@ -15,6 +15,7 @@ from lfssao.errors import InputError
 from lfssao.rendering.folder import entries_of, load_manifest
 from lfssao.rendering.image_file import ENDINGS, ImagePart, Size, part_of, read_image_file
 from lfssao.rendering.manifest import MANIFEST, digest
+from lfssao.rendering.panels import panel_layer
 from lfssao.verify.case import IMAGES, Case
 from lfssao.verify.compare.files import File, Files, files_like, holds_modules, is_mosaic, module_of, mosaics_of
 from lfssao.verify.compare.layers import Layer, layers_of
@@ -53,8 +54,8 @@ class Reference:
         manifest = load_manifest(folder)
         entries = entries_of(folder, manifest)
         files = {name: folder / Path(entry["file"]).name for name, entry in entries.items()}
-        if path == folder:
-            return cls(path, files, manifest, entries)
+        if path == folder or (manifest.get("lenslet") is not None and panel_layer(path.stem) is not None):
+            return cls(folder, files, manifest, entries)
         own = {name: entries[name] for name, file in files.items() if file.name == path.name}
         if not own:  # a file next to a manifest that does not list it
             return cls(path, {path.stem: path}, None, {})

@@ -69,6 +69,6 @@ def _render(options: argparse.Namespace) -> None:
         both = ", without AO and with it" if job.mesh.paint is not None else ""
         print(printable(f"open {job.folder / VIEW}: what an eye in the middle sees{both}"))
         print(printable(f"try next: lfssao view {job.folder} --eye-x 0.4 -o right.png"))
-    if job.panel:
+    if job.panel and "shaded" in job.settings.kept:
         print(printable(f"try next: lfssao view {job.folder} --html eye.html"))
     sys.stdout.flush()

@@ -17,11 +17,12 @@ from lfssao.optics.display_file import display_names, find_views
 from lfssao.optics.view import View
 from lfssao.rendering.passes import render_view
 from lfssao.rendering.settings import Settings, default_radii
-from lfssao.rendering.views import module_views
+from lfssao.rendering.views import chosen_modules, module_views
 from lfssao.samples import METHODS, ROTATIONS, sample_set, texel_turns
 from lfssao.scene.builtin import builtin_scene
 
 SIZE = 64, 48  # texels of a texture
+PANEL = 720, 720  # texels of the texture of all lenses
 _DIGESTS = files("lfssao.verify").joinpath("check.json")
 
 
@@ -34,13 +35,17 @@ def expected_digests() -> dict[str, str]:
 def found_digests() -> Iterator[tuple[str, str]]:
     """Yield each case's name and the SHA-256 of the arrays that this machine makes.
 
-    The cases are the statue through a module of each preset display, a view of each preset quilt, both cameras and each
-    estimator, all sample sets of each domain, and all turns of texels.
+    The cases are the statue through a module of each preset display, a view of each preset quilt, the middle lens of
+    each preset panel, both cameras and each estimator, all sample sets of each domain, and all turns of texels.
     """
     mesh = builtin_scene("statue")
     settings = partial(Settings, default_radii(mesh), normals="smooth")
     for name in (*display_names(), *display_names("quilt")):
         (view,) = module_views(mesh, find_views(name).with_resolution(*SIZE), [0])
+        yield f"display {name}", _digest(_textures(view, settings()))
+    for name in display_names("lenslet"):
+        panel = find_views(name).with_resolution(*PANEL)
+        (view,) = module_views(mesh, panel, [chosen_modules(panel, None)[-1] // 2])
         yield f"display {name}", _digest(_textures(view, settings()))
     for projection in ("perspective", "orthographic"):
         view = Camera.looking_at(mesh.bounds, projection).view(*SIZE)

@@ -271,7 +271,7 @@ def write_frame(
     if isinstance(views, Quilt):
         write_quilts(folder, job.quilts, entries, views.columns, views.rows)
     if job.panel and isinstance(views, LensletDisplay):
-        write_panel(folder, views, entries, job.single_part)
+        write_panel(folder, views, entries)
     if job.has_view:
         write_whole(folder / VIEW, partial(_view(job, results, field).save, compress_level=1))
     return with_ao(strips[len(strips) // 2][1]) if strips else None

@@ -24,9 +24,7 @@ def panel_layer(stem: str) -> str | None:
     return None if found is None else (found[1] or "")
 
 
-def write_panel(
-    folder: Path, display: LensletDisplay, entries: Sequence[Mapping[str, Any]], single_part: bool = False
-) -> None:
+def write_panel(folder: Path, display: LensletDisplay, entries: Sequence[Mapping[str, Any]]) -> None:
     """Write the panel's EXR file, a part a layer or one of all, from the files of all lenses without guard bands.
 
     ``entries`` are the manifest's, in the order of the lenses. InputError if a file is not what its entry describes, or
@@ -48,4 +46,4 @@ def write_panel(
     use_one_thread_a_file()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         list(pool.map(put, range(len(files))))
-    write_exr(folder / PANEL, list(panel.values()), single_part)
+    write_exr(folder / PANEL, list(panel.values()))

@@ -27,9 +27,7 @@ def place(index):
     return slice(*ROWS[row : row + 2]), slice(*COLUMNS[column : column + 2])
 
 
-@pytest.mark.parametrize(
-    "more", [(), ("--guard", "2", "--normals"), ("--single-part",), ("--neighbours", "3")], ids=str
-)
+@pytest.mark.parametrize("more", [(), ("--guard", "2", "--normals"), ("--neighbours", "3")], ids=str)
 def test_a_panel_has_the_bits_of_its_lenses_side_by_side(job, more, tmp_path):
     folder = render(tmp_path / "out", *job, *more)
     panel = read_exr(folder / "panel.exr")

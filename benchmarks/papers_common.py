@@ -18,7 +18,11 @@ from lfssao.rendering.settings import diagonal
 RESULTS = Path(__file__).parent / "results"
 
 
-PAPERS: dict[str, Any] = tomllib.loads((Path(__file__).parent / "papers.toml").read_text())
+PAPERS: dict[str, Any] = {
+    name: claim
+    for paper in ("lf", "sao", "vo")
+    for name, claim in tomllib.loads((Path(__file__).parent / f"papers_{paper}.toml").read_text()).items()
+}
 
 # A claim's rows of measured numbers, and whatever else its verdict needs.
 Found = dict[str, Any]

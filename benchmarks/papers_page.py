@@ -1,4 +1,4 @@
-"""The page of results, made from the measured numbers and from the papers' claims (papers.toml)."""
+"""The page of results, made from the measured numbers and from the papers' claims (papers_*.toml)."""
 
 import inspect
 import json
@@ -7,17 +7,26 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import papers_lf
+import papers_lf_samples
 import papers_sao
+import papers_sao_depth
+import papers_sao_times
 import papers_vo
+import papers_vo_samples
 from papers_common import PAPERS, RESULTS
 
-CLAIMS: dict[str, Any] = papers_lf.CLAIMS | papers_sao.CLAIMS | papers_vo.CLAIMS
+_ROOMS = (
+    papers_lf, papers_lf_samples, papers_sao, papers_sao_depth, papers_sao_times, papers_vo, papers_vo_samples,
+)  # fmt: skip
+_MEASURED = {name: claim for room in _ROOMS for name, claim in room.CLAIMS.items()}
+CLAIMS: dict[str, Any] = {name: _MEASURED[name] for name in PAPERS}
 
 _HEAD = """\
 # Three papers, measured
 
 `python benchmarks/results.py` measures all of this again and writes this page from its numbers,
-[papers.json](results/papers.json). The claims and the papers' own numbers are in [papers.toml](papers.toml). A verdict
+[papers.json](results/papers.json). The claims and the papers' own numbers are in [papers_lf.toml](papers_lf.toml),
+[papers_sao.toml](papers_sao.toml) and [papers_vo.toml](papers_vo.toml). A verdict
 follows from the measured numbers by the rule in italics. LF is Doronin et al. 2017, SAO McGuire et al. 2012, VO Loos
 and Sloan 2010. Radii in per cent are of the scene's diagonal. Times are processor time of one thread, the least of runs
 in turn, so that other work on the machine slows the measurement and does not bend it; the median of all runs over the

@@ -1,7 +1,7 @@
 """Common ground of the measurements of the three papers: scenes, errors, pictures, the papers' numbers."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from io import BytesIO
 from pathlib import Path
@@ -31,10 +31,11 @@ Judged = tuple[bool, bool, dict[str, Any]]
 
 
 class Scale(NamedTuple):
-    """Whether it is a trial, and the folder of the pictures."""
+    """Whether it is a trial, the folder of the pictures, and whether pictures are kept: those of controls are not."""
 
     quick: bool
     folder: Path = RESULTS
+    pictures: bool = True
 
     def size(self, *texels: int) -> tuple[int, ...]:
         """A texture's size: a quarter of it for a trial."""
@@ -46,12 +47,49 @@ class Scale(NamedTuple):
 
     def save(self, name: str, figure: Figure | Image.Image) -> None:
         """A picture of few colours, which keeps its file small."""
+        if not self.pictures:
+            return
         if isinstance(figure, Figure):
             buffer = BytesIO()
             figure.savefig(buffer, dpi=90)
             figure = Image.open(buffer).convert("RGB")
         self.folder.mkdir(exist_ok=True)
         figure.quantize(48, dither=Image.Dither.NONE).save(self.folder / f"{name}.png", optimize=True)
+
+
+class Claim(NamedTuple):
+    """A claim's numbers, the judge of them, and numbers that this judge must not find 'reproduced'.
+
+    A control measures a damaged input as the claim is measured, or damages the claim's own numbers. So a timed claim
+    has a control without new times.
+    """
+
+    measure: Callable[[Scale], Found]
+    judge: Callable[..., Judged]
+    control: Callable[[Scale, Found], Found]
+
+
+def changed(found: Found, rows: Mapping[str, Any]) -> Found:
+    """Measured numbers, with some numbers of some rows changed."""
+    return found | {"rows": {name: row | rows.get(name, {}) for name, row in found["rows"].items()}}
+
+
+def renamed(found: Found) -> Found:
+    """Measured numbers, with each row under the name of the row before it."""
+    first, *others = found["rows"].values()
+    return found | {"rows": dict(zip(found["rows"], [*others, first], strict=True))}
+
+
+def moved(texture: Any, seen: Any) -> Any:
+    """The texture of other texels: each surface value half of all surface texels further, in reading order."""
+    values, out = texture[seen], texture.copy()
+    out[seen] = np.roll(values, len(values) // 2, axis=0)
+    return out
+
+
+def mean_of(texture: Any, seen: Any) -> Any:
+    """A texture's mean on all its surface."""
+    return np.where(seen, texture[seen].mean(), 0).astype(texture.dtype)
 
 
 def correlation(a: Any, b: Any) -> float:

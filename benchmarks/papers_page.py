@@ -13,13 +13,13 @@ import papers_sao_depth
 import papers_sao_times
 import papers_vo
 import papers_vo_samples
-from papers_common import PAPERS, RESULTS
+from papers_common import PAPERS, RESULTS, Claim
 
 _ROOMS = (
     papers_lf, papers_lf_samples, papers_sao, papers_sao_depth, papers_sao_times, papers_vo, papers_vo_samples,
 )  # fmt: skip
 _MEASURED = {name: claim for room in _ROOMS for name, claim in room.CLAIMS.items()}
-CLAIMS: dict[str, Any] = {name: _MEASURED[name] for name in PAPERS}
+CLAIMS: dict[str, Claim] = {name: _MEASURED[name] for name in PAPERS}
 
 _HEAD = """\
 # Three papers, measured
@@ -28,7 +28,10 @@ _HEAD = """\
 [papers.json](results/papers.json). The claims and the papers' own numbers are in [papers_lf.toml](papers_lf.toml),
 [papers_sao.toml](papers_sao.toml) and [papers_vo.toml](papers_vo.toml). A verdict
 follows from the measured numbers by the rule in italics. LF is Doronin et al. 2017, SAO McGuire et al. 2012, VO Loos
-and Sloan 2010. Radii in per cent are of the scene's diagonal. Times are processor time of one thread, the least of runs
+and Sloan 2010. Each rule has a control, an input of which
+the claim is not true, chosen before it was measured: the rule must not find it reproduced. Rules that did were mended:
+LF figures 10 to 13, VO figures 4, 5, 6 and 8, VO sections 4.1 and 5. Radii in per cent are of the
+scene's diagonal. Times are processor time of one thread, the least of runs
 in turn, so that other work on the machine slows the measurement and does not bend it; the median of all runs over the
 least says how much other work there was."""
 
@@ -36,24 +39,31 @@ least says how much other work there was."""
 def page(result: dict[str, Any], work_precision: str = "") -> str:
     """The page, from all that was measured and the text of the work-precision run."""
     told = {name: judged(name, result[name]["measured"]) for name in CLAIMS if name in result}
+    controls = {name: judged(name, result[name]["control"]) for name in told}
     rows = [
-        (f"[{name}]({anchor(name)})", _line(PAPERS[name]["says"]), here, f"**{word}**")
+        (f"[{name}]({anchor(name)})", _line(PAPERS[name]["says"]), here, f"**{word}**", _controlled(name, controls))
         for name, (word, here) in told.items()
     ]
     out = [_HEAD, "", _measured_where(result), "", "## Verdicts", ""]
-    out += table(("", "the paper", "measured", "verdict"), rows, "---")
+    out += table(("", "the paper", "measured", "verdict", "control"), rows, "---")
     for name, (word, here) in told.items():
-        out += ["", *_section(name, word, here, result[name]["measured"]["rows"])]
+        out += ["", *_section(name, word, here, controls[name], result[name]["measured"]["rows"])]
     return re.sub(r"(?<=\d)%", " %", "\n".join(out)) + "\n" + work_precision
 
 
 def judged(name: str, found: dict[str, Any]) -> tuple[str, str]:
     """A claim's verdict in words, and the measured in a sentence."""
-    judge, paper = CLAIMS[name][1], PAPERS[name]
+    judge, paper = CLAIMS[name].judge, PAPERS[name]
     limits = [key for key in inspect.signature(judge).parameters if key != "found"]
     whole, part, told = judge(found, **{key: paper[key] for key in limits})
     word = "reproduced" if whole else f"depends on {paper['depends']}" if part else "contradicted"
     return word, _line(paper["here"]).format(**told)
+
+
+def _controlled(name: str, controls: dict[str, tuple[str, str]]) -> str:
+    """A control, and whether the rule refuses it."""
+    word = "**passed**" if controls[name][0] == "reproduced" else "refused"
+    return f"{_line(PAPERS[name]['control'])}: {word}"
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], rule: str = "---:") -> list[str]:
@@ -79,10 +89,11 @@ def _measured_where(result: dict[str, Any]) -> str:
     return f"Measured {'; '.join(places)}, in {seconds / 60:.0f} minutes.{trial}"
 
 
-def _section(name: str, word: str, here: str, rows: dict[str, Any]) -> list[str]:
+def _section(name: str, word: str, here: str, control: tuple[str, str], rows: dict[str, Any]) -> list[str]:
     paper = PAPERS[name]
     out = [f"## {name}", "", f"{_line(paper['says'])} Measured: {here}. **{word[0].upper()}{word[1:]}.**", ""]
-    out += [_line(paper["setup"]), f"*{_line(paper['rule']).format(**paper)}*", _line(paper.get("note", "")), ""]
+    out += [_line(paper["setup"]), f"*{_line(paper['rule']).format(**paper)}*", _line(paper.get("note", ""))]
+    out += [f"Control, {_line(paper['control'])}: {control[1]}; {control[0]}.", ""]
     picture = anchor(name)[1:] + ".png"
     if (RESULTS / picture).exists():
         out += [f"![{name}](results/{picture})", ""]

@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from papers_common import Found, Judged, Scale, camera_buffers, curves, tiles
+from papers_common import Claim, Found, Judged, Scale, camera_buffers, curves, tiles
 
 from lfssao.ao.estimators.sao import estimator as scalable
 from lfssao.ao.estimators.sao.kernels.reconstruct import linear_depth
@@ -52,12 +52,27 @@ def judge_z_errors(found: Found, limit: float) -> Judged:
     return all(fits), any(fits), {"far": far, "form": form, "worst": worst}
 
 
-def normal_errors(scale: Scale) -> Found:
-    """Figure 4: angle between rebuilt and triangle normals where the texels of the differences see one triangle."""
+def in_bytes(normals: Any) -> Any:
+    """True normals as a texture of three bytes a texel keeps them."""
+    back = 2 * np.round(255 * (0.5 * normals + 0.5)) / 255 - 1
+    return back / np.linalg.norm(back, axis=-1, keepdims=True)
+
+
+def sixteen_bits(_: Scale, found: Found) -> Found:
+    """Figure 3 with 16 bits under the name of 24."""
+    rows = found["rows"]
+    return {"rows": {name: rows[name.replace("24", "16")] for name in rows}}
+
+
+def normal_errors(scale: Scale, stored_true: Any = None) -> Found:
+    """Figure 4: angle between rebuilt and triangle normals where the texels of the differences see one triangle.
+
+    stored_true: what a G-buffer makes of the triangles' normals, in place of rebuilt ones.
+    """
     buffers, _, gbuffer = camera_buffers(*scale.size(1024, 768))
     true = gbuffer.normals.astype(float)
     view = scalable.sao_view(buffers, linear_z(buffers), scalable.AppendixOptions())
-    made = view.normals.reshape(true.shape).astype(float)
+    made = stored_true(true) if stored_true else view.normals.reshape(true.shape).astype(float)
     angle = np.degrees(np.arctan2(np.linalg.norm(np.cross(made, true), axis=-1), (made * true).sum(-1)))
     t = gbuffer.triangle
     pair = t.reshape(t.shape[0], -1, 2)[..., ::-1].reshape(t.shape)
@@ -79,6 +94,6 @@ def judge_normal_errors(found: Found, limit: float) -> Judged:
 
 
 CLAIMS = {
-    "SAO figure 3": (z_errors, judge_z_errors),
-    "SAO figure 4": (normal_errors, judge_normal_errors),
+    "SAO figure 3": Claim(z_errors, judge_z_errors, sixteen_bits),
+    "SAO figure 4": Claim(normal_errors, judge_normal_errors, lambda scale, _: normal_errors(scale, in_bytes)),
 }

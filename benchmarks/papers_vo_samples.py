@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from papers_common import PAPERS, Found, Judged, Scale, curves
+from papers_common import PAPERS, Claim, Found, Judged, Scale, curves
 from papers_vo import SEEDS, limit_of, occlusion, samples
 
 import lfssao
@@ -15,6 +15,7 @@ KINDS = {
     "points": ("vo-points", None),
 }
 COUNTS = range(3, 37)
+NEXT = ", one more"
 
 
 def plane_error(name: str, n: int, centre: bool | None) -> float:
@@ -49,8 +50,10 @@ def good_counts(scale: Scale) -> Found:
     axes[0].legend(fontsize="small")
     scale.save("vo-figure-4", figure)
     shares = {
-        f"{kind}, {n}": {where: against_its_neighbours(by_count, n) for where, by_count in errors[kind].items()}
-        for kind, counts in PAPERS["VO figure 4"]["good"].items() for n in counts
+        f"{kind}, {n}": {
+            f"{where}{word}": against_its_neighbours(by_count, n + more)
+            for where, by_count in errors[kind].items() for word, more in (("", 0), (NEXT, 1))
+        } for kind, counts in PAPERS["VO figure 4"]["good"].items() for n in counts
     }  # fmt: skip
     pairs = {
         where: [errors[kind][where][a] < errors[kind][where][a + 1] for kind, a in
@@ -65,12 +68,29 @@ def against_its_neighbours(errors: dict[int, float], n: int) -> float:
 
 
 def judge_good_counts(found: Found) -> Judged:
-    good = {where: sum(row[where] < 1 for row in found["rows"].values()) for where in ("scene", "planes")}
+    good, others = (
+        {where: sum(row[where + word] < 1 for row in found["rows"].values()) for where in ("scene", "planes")}
+        for word in ("", NEXT)
+    )
     pairs, number = {where: sum(holds) for where, holds in found["pairs"].items()}, len(found["rows"])
     told = good | {"all": number, "pairs": pairs["scene"], "plane_pairs": pairs["planes"]}
-    return good["scene"] == number and pairs["scene"] == 2, max(good.values()) > number / 2, told
+    told |= {f"{where}_next": n for where, n in others.items()}
+    whole = good["scene"] == number > others["scene"] and pairs["scene"] == 2
+    return whole, any(good[where] > max(number / 2, others[where]) for where in good), told
+
+
+def next_counts(_: Scale, found: Found) -> Found:
+    """Counts one above the good ones in their place, and the other way round; pairs as far off."""
+    rows = {
+        name: {f"{where}{word}": row[f"{where}{other}"] for where in ("scene", "planes")
+               for word, other in (("", NEXT), (NEXT, ""))} for name, row in found["rows"].items()
+    }  # fmt: skip
+    return found | {
+        "rows": rows,
+        "pairs": {where: [not each for each in holds] for where, holds in found["pairs"].items()},
+    }
 
 
 CLAIMS = {
-    "VO figure 4": (good_counts, judge_good_counts),
+    "VO figure 4": Claim(good_counts, judge_good_counts, next_counts),
 }

@@ -3,7 +3,8 @@
 Numbers go to results/papers.json as they are measured, pictures beside it. ``--only NAME`` measures what the name is
 part of, as 'VO' or 'LF table 1', and leaves the rest; without it ``lfssao bench work-precision`` is run too, in its own
 folder, where it goes on after an interruption. ``--quick`` tries all with small textures, in a folder results-quick;
-``--page`` measures nothing and writes the page.
+``--page`` measures nothing and writes the page; ``--controls`` measures the claims' controls alone, by the claims'
+numbers as they are.
 """
 
 import argparse
@@ -42,14 +43,20 @@ def fronts_only(result: dict[str, Any]) -> dict[str, Any]:
 
 
 def measure(name: str, scale: papers_common.Scale) -> dict[str, Any]:
-    """A claim's numbers, and when and where they were measured."""
+    """A claim's numbers, its control's, and when and where they were measured."""
     start, machine = time.perf_counter(), describe_machine(1)
-    measured = CLAIMS[name][0](scale)
+    measured = CLAIMS[name].measure(scale)
     return {
-        "measured": measured, "quick": scale.quick, "seconds": round(time.perf_counter() - start, 1),
+        "measured": measured, "control": control(name, scale, measured),
+        "quick": scale.quick, "seconds": round(time.perf_counter() - start, 1),
         "date": datetime.now(UTC).date().isoformat(), "processor": machine["processor"] or platform.machine(),
         "lfssao": machine["lfssao"],
     }  # fmt: skip
+
+
+def control(name: str, scale: papers_common.Scale, measured: papers_common.Found) -> papers_common.Found:
+    """Numbers that the claim's judge must refuse."""
+    return CLAIMS[name].control(scale._replace(pictures=False), measured)
 
 
 def main() -> None:
@@ -57,6 +64,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--only", metavar="NAME", default="")
     parser.add_argument("--page", action="store_true")
+    parser.add_argument("--controls", action="store_true")
     options = parser.parse_args()
     folder = Path("results-quick") if options.quick else papers_common.RESULTS
     folder.mkdir(exist_ok=True)
@@ -65,10 +73,15 @@ def main() -> None:
     names = [] if options.page else [name for name in CLAIMS if options.only in name]
     for k, name in enumerate(names, 1):
         print(f"{k} of {len(names)}: {name}", end=" ", flush=True)
-        result[name] = json.loads(json.dumps(measure(name, papers_common.Scale(options.quick, folder)), default=float))
+        scale = papers_common.Scale(options.quick, folder)
+        if options.controls:
+            entry = result[name] | {"control": control(name, scale, result[name]["measured"])}
+        else:
+            entry = measure(name, scale)
+        result[name] = json.loads(json.dumps(entry, default=float))
         path.write_text(json.dumps({key: result[key] for key in CLAIMS if key in result}, indent=1) + "\n")
         print(f"{result[name]['seconds']:.0f} s", flush=True)
-    if not (options.only or options.page):
+    if not (options.only or options.page or options.controls):
         words = ["-o", str(folder / "run")] if options.quick else []
         code = lfssao_command(["bench", "work-precision", *["--quick"][: options.quick], *words])
         if code:

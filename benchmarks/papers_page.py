@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import papers_lf
+import papers_lf_mapping
 import papers_lf_samples
 import papers_sao
 import papers_sao_depth
@@ -16,10 +17,11 @@ import papers_vo_samples
 from papers_common import PAPERS, RESULTS, Claim
 
 _ROOMS = (
-    papers_lf, papers_lf_samples, papers_sao, papers_sao_depth, papers_sao_times, papers_vo, papers_vo_samples,
+    papers_lf, papers_lf_mapping, papers_lf_samples, papers_sao, papers_sao_depth, papers_sao_times, papers_vo,
+    papers_vo_samples,
 )  # fmt: skip
 _MEASURED = {name: claim for room in _ROOMS for name, claim in room.CLAIMS.items()}
-CLAIMS: dict[str, Claim] = {name: _MEASURED[name] for name in PAPERS}
+CLAIMS: dict[str, Claim] = {name: _MEASURED[name] for name, paper in PAPERS.items() if "why" not in paper}
 
 _HEAD = """\
 # Three papers, measured
@@ -30,7 +32,8 @@ _HEAD = """\
 follows from the measured numbers by the rule in italics. LF is Doronin et al. 2017, SAO McGuire et al. 2012, VO Loos
 and Sloan 2010. Each rule has a control, an input of which
 the claim is not true, chosen before it was measured: the rule must not find it reproduced. Rules that did were mended:
-LF figures 10 to 13, VO figures 4, 5, 6 and 8, VO sections 4.1 and 5. Radii in per cent are of the
+LF figures 10 to 13, VO figures 4, 5, 6 and 8, VO sections 4.1 and 5. A claim that nothing here
+can measure has the reason in place of a verdict. Radii in per cent are of the
 scene's diagonal. Times are processor time of one thread, the least of runs
 in turn, so that other work on the machine slows the measurement and does not bend it; the median of all runs over the
 least says how much other work there was."""
@@ -41,9 +44,11 @@ def page(result: dict[str, Any], work_precision: str = "") -> str:
     told = {name: judged(name, result[name]["measured"]) for name in CLAIMS if name in result}
     controls = {name: judged(name, result[name]["control"]) for name in told}
     rows = [
-        (f"[{name}]({anchor(name)})", _line(PAPERS[name]["says"]), here, f"**{word}**", _controlled(name, controls))
-        for name, (word, here) in told.items()
-    ]
+        (f"[{name}]({anchor(name)})", _line(paper["says"]), told[name][1], f"**{told[name][0]}**",
+         _controlled(name, controls))
+        if name in told else (name, _line(paper["says"]), _line(paper["why"]), "no verdict", "-")
+        for name, paper in PAPERS.items() if name in told or "why" in paper
+    ]  # fmt: skip
     out = [_HEAD, "", _measured_where(result), "", "## Verdicts", ""]
     out += table(("", "the paper", "measured", "verdict", "control"), rows, "---")
     for name, (word, here) in told.items():

@@ -1,5 +1,6 @@
 """Common ground of the measurements of the three papers: scenes, errors, pictures, the papers' numbers."""
 
+import json
 import tomllib
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -67,6 +68,16 @@ class Claim(NamedTuple):
     measure: Callable[[Scale], Found]
     judge: Callable[..., Judged]
     control: Callable[[Scale, Found], Found]
+
+
+def measured_before(scale: Scale, name: str) -> dict[str, Any]:
+    """Rows of another claim, measured before: its times serve for this one too."""
+    path = scale.folder / "papers.json"
+    held = json.loads(path.read_text()) if path.exists() else {}
+    if name not in held:
+        raise SystemExit(f"measure {name!r} first: its times are not in {path}")
+    rows: dict[str, Any] = held[name]["measured"]["rows"]
+    return rows
 
 
 def changed(found: Found, rows: Mapping[str, Any]) -> Found:

@@ -26,7 +26,7 @@ from lfssao.ao.estimators.sao.kernels.passes import bilateral
 from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
 from lfssao.ao.reference import gaussian_weights
 from lfssao.bench.work_precision.figures import rms
-from lfssao.samples import texel_angles
+from lfssao.samples import spiral_discrepancy, texel_angles
 
 RAW = {"quad_edge": 0.0, "gauss": 0.0}  # without average and blur
 WIDE, USUAL = 0.2, 0.04  # radii, shares of the scene's diagonal; the paper's 1 m in a hall of about 30 m is the latter
@@ -209,7 +209,74 @@ def judge_q_range(found: Found, limit: float) -> Judged:
     return told["alike"] <= limit and rest, told["alike"] <= limit, told
 
 
+def numbers_of_turns(scale: Scale) -> Found:
+    """Section 2.3: tau, the turns of the spiral of nine taps."""
+    buffers, unit, _ = camera_buffers(*scale.size(1024, 768))
+    limit, seen = many_taps(scale.size(1024, 768))
+    rows = {}
+    for turns in range(1, 10):
+        made = {"raw": sao(buffers, WIDE * unit, turns=turns, **RAW), "whole": sao(buffers, WIDE * unit, turns=turns)}
+        rows[str(turns)] = {key: rms((t - limit)[seen]) for key, t in made.items()}
+        rows[str(turns)]["uneven"] = spiral_discrepancy(9, turns)
+    return {"rows": rows}
+
+
+def judge_turns(found: Found, limit: float) -> Judged:
+    rows = found["rows"]
+    told = {key: rows["7"][key] / min(row[key] for row in rows.values()) for key in ("uneven", "whole")}
+    worst = max(rows.values(), key=lambda row: row["uneven"])
+    told |= {"worst": worst["uneven"] / rows["7"]["uneven"], "worst_whole": worst["whole"] / rows["7"]["whole"]}
+    return max(told["uneven"], told["whole"]) <= limit, told["uneven"] <= limit, told
+
+
+def six_turns(_: Scale, found: Found) -> Found:
+    """Six turns, which put nine taps in three directions, under the name of seven."""
+    return changed(found, {"7": found["rows"]["6"]})
+
+
+DISTANCES = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0)
+
+
+def falloffs(scale: Scale) -> Found:
+    """The appendix: ao of a floor by the distance from a wall, of both falloffs."""
+    radius, parts = 0.5, [box((-2, -0.1, 0), (2, 0, 2)), box((-2, -0.1, -0.1), (2, 2, 0))]
+    faces = np.concatenate([f + 8 * k for k, (_, f) in enumerate(parts)]).astype(np.int32)
+    mesh = lfssao.Mesh(np.concatenate([v for v, _ in parts]).astype(float), faces)
+    camera = lfssao.Camera.placed(mesh.bounds, eye=(0.0, 3.0, 4.0), target=(0.0, 0.2, 0.3), fov=35.0)
+    buffers = moved_buffers(mesh, camera, *scale.size(1024, 768))[0].turned("sao-hash")
+    x, y, z = (buffers.positions[..., k] for k in range(3))
+    floor, rows = np.isfinite(buffers.depth) & (np.abs(y) < 1e-3) & (np.abs(x) < 1), {}
+    weak: dict[str, Any] = {  # so that nothing is cut off at 1
+        "equation 1, epsilon 0.01": ("sao-equation-1", {"sigma": 0.1}),
+        "equation 1, epsilon 0.0001": ("sao-equation-1", {"sigma": 0.1, "epsilon": 1e-4}),
+        "appendix, epsilon 0.01": ("sao", {"intensity": 0.1}),
+    }
+    for name, (form, strength) in weak.items():
+        made = lfssao.estimate(form, buffers, radius, taps=64, turns=0, mip="none", **strength, **RAW).texture
+        bins = {f"{low:g}": floor & (z >= low * radius) & (z < high * radius) for low, high in pairwise(DISTANCES)}
+        ao = {low: float(made[each].mean()) for low, each in bins.items()}
+        mean = float(made[floor & (z < radius)].mean())
+        rows[name] = {low: each / mean for low, each in ao.items()}
+    return {"rows": rows}
+
+
+def judge_falloffs(found: Found, limit: float) -> Judged:
+    *first, new = (np.array(list(row.values())) for row in found["rows"].values())
+    alike = min(float(np.corrcoef(each, new)[0, 1]) for each in first)
+    *steep, own = (each[0] - each[4] for each in (*first, new))
+    told = {"alike": alike, "low": min(steep), "high": max(steep), "new": own}
+    return alike >= limit and own < min(steep), alike >= limit and own < max(steep), told
+
+
+def reversed_falloff(_: Scale, found: Found) -> Found:
+    """The appendix' ao by the distance from where it ends."""
+    own = found["rows"]["appendix, epsilon 0.01"]
+    return changed(found, {"appendix, epsilon 0.01": dict(zip(own, reversed(own.values()), strict=True))})
+
+
 CLAIMS = {
+    "SAO section 2.3, tau": Claim(numbers_of_turns, judge_turns, six_turns),
+    "SAO appendix": Claim(falloffs, judge_falloffs, reversed_falloff),
     "SAO table 1": Claim(filters, judge_filters, lambda _, found: renamed(found)),
     "SAO figure 2": Claim(reconstruction, judge_reconstruction, unfiltered),
     "SAO figure 8": Claim(thin_features, judge_thin_features, lambda scale, _: thin_features(scale, mean_of)),

@@ -31,12 +31,12 @@ from .verify.compare.report import Report
 
 __version__: str
 __all__ = [
-    "Buffers", "Camera", "Case", "Display", "GBuffer", "GroundTruth", "InputError", "InputWarning",
-    "LensletDisplay", "LfssaoError", "LightField", "Mesh", "MissingPackageError", "Module", "Occluders", "Occlusion",
-    "Paint", "Part", "Photograph", "Quilt", "RayCaster", "Rendered", "Report", "Settings", "Textures", "View", "WorldToImage", "algorithm1",
-    "algorithm2", "bent_normals", "blur", "builtin_scene", "compare", "default_radii", "display_names", "display_text",
-    "estimate", "eye_page", "eye_point", "eye_range", "eye_view", "find_display", "find_scene", "find_views", "fit_roi",
-    "load_scene", "make_samples", "merge", "module_views", "parse_display", "ray_cast_occlusion", "read_estimator",
-    "read_exr", "reference", "render", "render_view", "samples", "shade", "square_points", "testing", "viz",
-    "write_exr",
+    "Buffers", "Camera", "Case", "Display", "GBuffer", "GroundTruth", "InputError", "InputWarning", "LensletDisplay",
+    "LfssaoError", "LightField", "Mesh", "MissingPackageError", "Module", "Occluders", "Occlusion", "Paint", "Part",
+    "Photograph", "Quilt", "RayCaster", "Rendered", "Report", "Settings", "Textures", "View", "WorldToImage",
+    "algorithm1", "algorithm2", "bent_normals", "blur", "builtin_scene", "compare", "default_radii", "display_names",
+    "display_text", "estimate", "eye_page", "eye_point", "eye_range", "eye_view", "find_display", "find_scene",
+    "find_views", "fit_roi", "load_scene", "make_samples", "merge", "module_views", "parse_display",
+    "ray_cast_occlusion", "read_estimator", "read_exr", "reference", "render", "render_view", "samples", "shade",
+    "square_points", "testing", "viz", "write_exr",
 ]  # fmt: skip

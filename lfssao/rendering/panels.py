@@ -25,7 +25,7 @@ def panel_layer(stem: str) -> str | None:
 
 
 def write_panel(folder: Path, display: LensletDisplay, entries: Sequence[Mapping[str, Any]]) -> None:
-    """Write the panel's EXR file, a part a layer or one of all, from the files of all lenses without guard bands.
+    """Write the panel's EXR file, a part a layer, from the files of all lenses without guard bands.
 
     ``entries`` are the manifest's, in the order of the lenses. InputError if a file is not what its entry describes, or
     the panel cannot be written.

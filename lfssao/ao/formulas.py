@@ -64,6 +64,9 @@ class Seen(Protocol):
     def arc_cosine(self, x: Any) -> Any:
         """The angle of a cosine that is held between -1 and 1; a renderer's function is as good as its sines."""
 
+    def cosine_and_sine(self, angle: Any) -> Any:
+        """Cosine and sine of an angle, radians, that formulas make, as a renderer's functions give them."""
+
     def hashed_turn(self, at: Any, angle: Any) -> Any:
         """Cosine and sine of an angle, radians, and the hash of a texel, columns and rows ``at``, summed in float32."""
 

@@ -71,6 +71,15 @@ def acos(x):
     return PI - near if x < 0.0 else near
 
 
+@kernel(inline=True)
+def root_of_bits(x):
+    """The square root of x >= 0 by half of the bits of its float32, within 3.5 %: XeGTAO's; 8e-20 for 0.
+
+    Drobot 2014, 'Low Level Optimizations for GCN': exponent and digits are halved as one number.
+    """
+    return np.float64(np.int32(np.int32(0x1FBD1DF5) + (np.float32(x).view(np.int32) >> np.int32(1))).view(np.float32))
+
+
 @kernel
 def cbrt(t):
     """Cube root of t >= 0, float64, within 1 ulp; 0 for 0, infinity for infinity.

@@ -1,4 +1,4 @@
-"""The exponential and the angle of a cosine, of floats, balls and Python's numbers."""
+"""The exponential, sine and cosine, the angle of a cosine and a crude root, of floats, balls and Python's numbers."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 from numba.extending import overload
 
 from lfssao.core.balls import FLUSHED, SAFETY, UNKNOWN, Ball, ball, ball_between
-from lfssao.core.elementary import acos, exp
+from lfssao.core.elementary import PI, acos, exp, root_of_bits, sincospi
 from lfssao.core.numbers import INLINED, FloatType, as_float, formula, number, plain
 
 
@@ -55,3 +55,53 @@ def arc_cosine_of_ball(x, relative):
     off = x.error * SAFETY + x.operation
     least, most = acos(max(-1.0, min(1.0, x.value + off))), acos(max(-1.0, min(1.0, x.value - off)))
     return ball_between(least * (1.0 - relative), most * (1.0 + relative), x)
+
+
+def cosine_and_sine(x: Any) -> Any:
+    """Return cosine and sine of an angle, radians, of a few turns at most: in float64, rounded once."""
+    if hasattr(x, "cosine_and_sine"):
+        return x.cosine_and_sine()
+    sine, cosine = sincospi(np.float64(x) / PI)
+    return number(cosine, x), number(sine, x)
+
+
+@overload(cosine_and_sine, jit_options=INLINED)
+def _cosine_and_sine(x):
+    if not isinstance(x, FloatType):
+        return None
+
+    def both(x):
+        sine, cosine = sincospi(np.float64(plain(x)) / PI)
+        return number(as_float(cosine), x), number(as_float(sine), x)
+
+    return both
+
+
+@formula
+def cosine_and_sine_of_ball(x, absolute):
+    """The same of a ball, each off by as much as the angle, and by a renderer's error."""
+    sine, cosine = sincospi(x.value / PI)
+    off = min(2.0, x.error * SAFETY + absolute)
+    return Ball(cosine, off, x), Ball(sine, off, x)
+
+
+def crude_root(x: Any) -> Any:
+    """Return the square root of x >= 0 by half of the bits of its float32 (``elementary.root_of_bits``)."""
+    return x.crude_root() if hasattr(x, "crude_root") else number(root_of_bits(np.float64(x)), x)
+
+
+@overload(crude_root, jit_options=INLINED)
+def _crude_root(x):
+    """It grows with x: of a ball both ends, where a tiny number may be flushed."""
+    if isinstance(x, FloatType):
+        return lambda x: number(as_float(root_of_bits(np.float64(plain(x)))), x)
+    if x != ball:
+        return None
+
+    def ends(x):
+        low, high = x.value - x.error * SAFETY, x.value + x.error * SAFETY
+        if not high < UNKNOWN:
+            return Ball(0.0, UNKNOWN, x)
+        return ball_between(root_of_bits(low if low > FLUSHED else 0.0), root_of_bits(max(high, FLUSHED)), x)
+
+    return ends

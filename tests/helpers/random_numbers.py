@@ -173,6 +173,11 @@ class Number(np.lib.mixins.NDArrayOperatorsMixin):
         assert function is np.where
         return self.by.where(*given)
 
+    def crude_root(self):
+        """The root by half of a float32's bits."""
+        bits = self.x.astype(np.float32).view(np.int32)
+        return Number(self.by, (np.int32(0x1FBD1DF5) + (bits >> 1)).view(np.float32).astype(float))
+
     def sectors_to(self, last):
         """Bits from this number to before another."""
         first, last = (x.astype(np.int64) for x in np.broadcast_arrays(self.x, self.by.values(last)))
@@ -404,6 +409,13 @@ class RandomView:
         """Off by a part of itself, of a cosine that is off by a rounding."""
         cosine = np.clip(x.x * (1 + self.by.model.operation * self.by.within(x.x)), -1, 1)
         return self.by.off(np.arccos(cosine), self.by.model.angle)
+
+    def cosine_and_sine(self, angle):
+        """Each is off by an absolute error."""
+        return tuple(
+            Number(self.by, made + self.by.model.angle * self.by.within(made))
+            for made in (np.cos(angle.x), np.sin(angle.x))
+        )
 
     def fork(self, condition):
         return condition

@@ -9,7 +9,7 @@ from lfssao.ao.kernels.look_up import holds_place
 from lfssao.ao.kernels.moments import filtered_moments
 from lfssao.ao.kernels.texel_rays import bare_rays, point_at
 from lfssao.core.corners import blended, blended_vector, by_corners
-from lfssao.core.functions import arc_cosine
+from lfssao.core.functions import arc_cosine, cosine_and_sine
 from lfssao.core.intrinsics import memory_of
 from lfssao.core.jit import kernel
 from lfssao.core.numbers import as_float, formula, number, plain, select, unless_none, where_none
@@ -197,6 +197,9 @@ class FloatView(NamedTuple):
 
     def arc_cosine(self, x):
         return arc_cosine(x)
+
+    def cosine_and_sine(self, angle):
+        return cosine_and_sine(angle)
 
     def hashed_turn(self, at, angle):
         sine, cosine = unit_of(summed_angle(plain(at[0]), plain(at[1]), angle))

@@ -1,8 +1,9 @@
 """Functions of fractions, exact or to many digits."""
 
+from collections.abc import Callable
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from math import floor, isqrt
+from math import floor, inf, isqrt
 
 _BITS = 2048  # of a denominator; a value of more is off by up to 2^-1100 of itself, which no bound counts
 _KEPT = 1101
@@ -16,6 +17,14 @@ def shortened(value: Fraction) -> Fraction:
         return value
     k = max(0, _KEPT + d.bit_length() - n.bit_length())
     return Fraction((n << k) // d, 1 << k)
+
+
+def change(function: Callable[[Fraction], Fraction], x: Fraction, error: float) -> float:
+    """By how much a function that grows or falls changes at most where a number is off by an error."""
+    if not error:
+        return 0.0
+    ends = (function(x + sign * Fraction(error)) for sign in (-1, 1))
+    return max(abs(float(end - function(x))) for end in ends) * (1.0 + 2.0**-40)
 
 
 def arc_cosine(x: Fraction) -> Fraction:
@@ -32,6 +41,37 @@ def arc_cosine(x: Fraction) -> Fraction:
         term = term * q // one * (2 * n - 1) ** 2 // (2 * n * (2 * n - 1))
         total += term // (2 * n + 1)
     return Fraction(total << 14, one)
+
+
+def cosine_and_sine(x: Fraction) -> tuple[Fraction, Fraction]:
+    """Cosine and sine of an angle of a few turns, to 2^-200: of its 64th part by Taylor's series, doubled six times."""
+    one = 1 << ROOT
+    angle = floor(x * one) >> 6
+    square, cosine, sine, term = angle * angle // one, 0, 0, one
+    for n in range(0, 48, 2):
+        cosine, sine = cosine + term, sine + term * angle // one // (n + 1)
+        term = -term * square // one // ((n + 1) * (n + 2))
+    for _ in range(6):
+        cosine, sine = (cosine * cosine - sine * sine) // one, 2 * sine * cosine // one
+    return Fraction(cosine, one), Fraction(sine, one)
+
+
+def root_of_bits(x: Fraction) -> Fraction:
+    """The line that ``lfssao.core.elementary.root_of_bits`` rounds, of a number from 0 on."""
+    if x < Fraction(1, 2**126):
+        return Fraction(0)
+    exponent = x.numerator.bit_length() - x.denominator.bit_length()
+    exponent -= x < Fraction(2) ** exponent
+    bits = Fraction(0x1FBD1DF5, 2**23) + (exponent + 126 + x / Fraction(2) ** exponent) / 2
+    whole = floor(bits)
+    return Fraction(2) ** (whole - 127) * (1 + bits - whole)
+
+
+def crude_root(x: Fraction, error: float, is_rounded: bool) -> tuple[Fraction, float]:
+    """The root by half of a float32's bits of a number that is off by an error, and how far it is off: both ends."""
+    far = error + abs(float(x)) * is_rounded * 2.0**-23
+    off = change(root_of_bits, x, far) if error < inf else inf
+    return root_of_bits(x), off + 2.0**-22 * float(root_of_bits(x)) * is_rounded
 
 
 def power_of(x: Fraction, k: float) -> Fraction:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike
 
-from lfssao.bench.stability.exact_functions import ROOT, arc_cosine, exponential_of, power_of, shortened
+from lfssao.bench.stability import exact_functions as functions
 
 _PLAIN = int, float, np.number  # types of plain numbers
 _NORMAL = Fraction(1, 2**1022)  # the smallest
@@ -48,7 +48,7 @@ class Arithmetic:
             if not isfinite(value):
                 return Tracked(Fraction(0), inf, self)
             value = Fraction(float(value))
-        made = Tracked(shortened(value), error, self)
+        made = Tracked(functions.shortened(value), error, self)
         if not made.size + error < self.largest:
             made.error = inf
         elif error or not self._holds(value, made.size):
@@ -121,7 +121,7 @@ class Tracked:
         if (_is_zero(self) and b.error < inf) or (_is_zero(b) and self.error < inf):
             return self.arithmetic.number(Fraction(0))
         if inf in (self.error, b.error):
-            return Tracked(shortened(self.value * b.value), inf, self.arithmetic)
+            return Tracked(functions.shortened(self.value * b.value), inf, self.arithmetic)
         error = self.size * b.error + b.size * self.error + self.error * b.error
         return self.arithmetic.number(self.value * b.value, error)
 
@@ -133,7 +133,7 @@ class Tracked:
             return NotImplemented
         quotient, least = self.value / b.value if b.value else Fraction(0), b.size - b.error
         if not b.value or not least > 0:
-            return Tracked(shortened(quotient), inf, self.arithmetic)
+            return Tracked(functions.shortened(quotient), inf, self.arithmetic)
         return self.arithmetic.number(quotient, (self.error + abs(float(quotient)) * b.error) / least)
 
     def __rtruediv__(self, other: Any) -> Any:
@@ -149,14 +149,14 @@ class Tracked:
         """A number from 0 on to a power k >= 0 in float64, rounded once, its value to 60 digits; it grows with x."""
         if k == 1:
             return self
-        value, x = power_of(self.value, k), self.size
+        value, x = functions.power_of(self.value, k), self.size
         ends = max(x - self.error, 0.0) ** k, (x + self.error) ** k
         off = max(abs(end - float(value)) for end in ends) if self.error or self.arithmetic.unit else 0.0
         return self.arithmetic.number(value, off + 2.0**-50 * float(value) * (self.arithmetic.unit > 0))
 
     def exponential(self) -> "Tracked":
         """E to its power, in float64, rounded once, its value to 60 digits; it grows with x."""
-        value = exponential_of(self.value)
+        value = functions.exponential_of(self.value)
         off = float(value) * expm1(self.error) if self.error < 1 else inf
         return self.arithmetic.number(value, off + 2.0**-50 * float(value) * (self.arithmetic.unit > 0))
 
@@ -167,18 +167,25 @@ class Tracked:
         if not self.value > 0:
             return Tracked(Fraction(0), inf, self.arithmetic)
         n, d = self.value.numerator, self.value.denominator
-        k = ROOT + max(0, d.bit_length() - n.bit_length())
+        k = functions.ROOT + max(0, d.bit_length() - n.bit_length())
         value = Fraction(isqrt((n << 2 * k) // d), 1 << k)
         within = self.size > self.error
         return self.arithmetic.number(value, self.error / float(value) if within else inf)
 
     def arc_cosine(self) -> "Tracked":
         """The angle of a cosine that is held between -1 and 1, in float64, rounded once; it falls with x."""
-        value, off = arc_cosine(self.value), 0.0
-        if self.error or self.arithmetic.unit:
-            ends = (arc_cosine(self.value + sign * Fraction(min(self.error, 2.0))) for sign in (-1, 1))
-            off = max(abs(float(end - value)) for end in ends) * _SAFETY
-        return self.arithmetic.number(value, off + 2.0**-50 * (self.arithmetic.unit > 0))
+        off = functions.change(functions.arc_cosine, self.value, min(self.error, 2.0))
+        return self.arithmetic.number(functions.arc_cosine(self.value), off + 2.0**-50 * (self.arithmetic.unit > 0))
+
+    def cosine_and_sine(self) -> tuple["Tracked", "Tracked"]:
+        """Cosine and sine of an angle, in float64, rounded once: each is off by the angle's error at most."""
+        off = self.error + 2.0**-48 * max(self.size, 1.0) * (self.arithmetic.unit > 0)
+        cosine, sine = functions.cosine_and_sine(self.value)
+        return self.arithmetic.number(cosine, off), self.arithmetic.number(sine, off)
+
+    def crude_root(self) -> "Tracked":
+        """The square root by half of a float32's bits."""
+        return self.arithmetic.number(*functions.crude_root(self.value, self.error, self.arithmetic.unit > 0))
 
     def no_sectors(self) -> "Sectors":
         """Sectors of which none is set."""

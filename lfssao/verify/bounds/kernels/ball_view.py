@@ -12,7 +12,7 @@ from lfssao.ao.kernels.texel_rays import bare_rays, on_ray, point_at
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_between
 from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.doubts import Doubt
-from lfssao.core.functions import arc_cosine_of_ball
+from lfssao.core.functions import arc_cosine_of_ball, cosine_and_sine_of_ball
 from lfssao.core.intrinsics import memory_of
 from lfssao.core.numbers import formula, number, unless_none, where_none, within
 from lfssao.core.places import image_or, offset_spot, point_spot, row_of
@@ -210,6 +210,9 @@ class BallView(NamedTuple):
 
     def arc_cosine(self, x):
         return arc_cosine_of_ball(x, self.by.angle)
+
+    def cosine_and_sine(self, angle):
+        return cosine_and_sine_of_ball(angle, self.by.angle)
 
     def hashed_turn(self, at, angle):
         # A sum in float32 is the nearest number: either of two, where the angle may be on both sides of their middle.

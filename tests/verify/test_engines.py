@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import ao_shaders
+import noise_slices
 import numpy as np
 import pytest
 from jobs import render
@@ -139,6 +140,11 @@ ENGINES = {
     "babylon-ssao2": Own(
         "kernel_shifts", {}, {"strength": 1.0, "base": 0.0, "max_z": 100.0, "min_z_aspect": 0.2},
         noise=lambda v: v * [1, 1, 0], given=("--samples={folder}/directions.npy", *Own.given),
+    ),
+    "xegtao": Own(
+        "gtao_noise", {},
+        {"side": 64, "falloff_range": 0.615, "distribution": 2.0, "thin": 0.0, "power": 2.2, "slices": 3, "steps": 3},
+        noise=lambda _: noise_slices.hilbert_noise(), given=Own.given[:1], below=False,
     ),
     "r3d": Own(
         "sao", {"FACE": 0, "LANDING": 1, "FULL_TURN": "6.283185307179586"},
@@ -301,6 +307,24 @@ BUGS = {
             (r"\[k\] \* t \+ directions\[k \+ 1\]", "[k + 1] * t + directions[k]"), "samples with x and y exchanged",
         ),
         "a larger radius": ((r"way \* reach", "way * 1.3 * reach"), ("length of samples", 1.3)),
+    },
+    "xegtao": {
+        "noise not tiled": ((r"p\.x % side", "p.x / side % side"), None),
+        "normals inside out": ((r"n = (vec3\(normals.*\));", r"n = -\1;"), "normals with the other sign"),
+        "z of normals not turned": (
+            (r", -normals", ", normals"), "z of normals in view space with the other sign",
+        ),
+        "axis from the normal": ((r"cross\(ortho, v\)", "cross(ortho, n)"), None),
+        "power forgotten": ((r"pow\((visible / float\(slices\)), power\)", r"\1"), ("power", 1 / 2.2)),
+        "multiplier forgotten": ((r" \* 1\.457", ""), ("multiplier", 1 / 1.457)),
+        "exact root": ((r"intBitsToFloat.*;", "sqrt(x);"), "root exact in place of bits"),
+        "steps not at centres": ((r"round\(s \* omega\)", "s * omega"), "snap false in place of true"),
+        "steps evenly": ((r", distribution\)", ", 1.0)"), "squared false in place of true"),
+        "nearest step forgotten": ((r" \+ nearest;", ";"), "nearest 0 in place of 1.3"),
+        "length not drawn": ((r"mix\(len, 1\.0, 0\.05\)", "len"), "longer 0 in place of 0.05"),
+        "horizon not in the hemisphere": (
+            (r"horizon0 = low0, horizon1 = low1", "horizon0 = -1.0, horizon1 = -1.0"), None,
+        ),
     },
     "r3d": SPIRAL | {
         "5 forgotten": ((r"\(5\.0 /", "(1.0 /"), ("strength", 0.2)),

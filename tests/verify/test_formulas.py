@@ -74,6 +74,11 @@ SHADERS = {
         "strength": [1.0, 2.0], "base": [0.0, 0.1], "max_z": [100.0, 4.0], "min_z_aspect": [0.2, 0.05],
         "range_check": ["smoothstep", "none"], "shifts": ["both", "directions", "lengths", "none"],
     },
+    "xegtao": {
+        "slices": [1, 3], "steps": [1, 3], "multiplier": [1.457, 0.5], "falloff": [0.615, 0.2], "thin": [0.0, 0.7],
+        "squared": [True, False], "power": [1.0, 2.2], "nearest": [1.3, 0.0], "nearer": [0.99999, 0.9992],
+        "longer": [0.05, 0.0], "root": ["bits", "exact"], "snap": [True, False], "border": ["open", "clamp", "mirror"],
+    },
 }  # fmt: skip
 # Factors of errors that are too small: a root of a cancelled difference is off by far more than renderers mostly are.
 TOO_SMALL = {"vo-area": 0.01}
@@ -205,6 +210,8 @@ def test_no_renderer_of_a_published_shader_leaves_its_bounds(name):
         turns = rng.uniform(-0.7, 0.7, size=(3, view.height, view.width))
         if name == "nvidia-hbao":  # cosine, sine, and a part of a step
             turns = np.concatenate([random_turns(rng, turns.shape[1:]), abs(turns[2:])])
+        if name == "xegtao":  # from 0 to 1
+            turns = turns + 0.5
         turns = turns[: 2 + find_estimator(name).vectors].astype(np.float32)
         seen = replace(Buffers.of(gbuffer, view), turns=turns)
         samples = rng.uniform(-1, 1, (16, 3))

@@ -39,6 +39,7 @@ _SHADERS = {
     "threejs-gtao": "shaders.threejs_gtao",
     "nvidia-hbao": "shaders.nvidia_hbao",
     "babylon-ssao2": "shaders.babylon_ssao2",
+    "xegtao": "shaders.xegtao",
 }
 
 

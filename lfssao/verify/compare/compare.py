@@ -376,7 +376,7 @@ class Comparison:
         )
 
     def _facts(self) -> Facts:
-        """What a page says beside its verdicts; the digests are of files that hold a module that was asked for."""
+        """Facts of the page. The digests are of files that hold a module that was asked for."""
         mine = [file.path for name in self.modules for file in self._mine.files[name]]
         return facts_of(self._reference.manifest, [*mine, *(self._reference.files[name] for name in self.modules)])
 

@@ -73,7 +73,9 @@ def check_choice(kind: str, name: object, choices: Collection[str]) -> None:
 def check_type(argument: str, value: object, kind: type | UnionType) -> None:
     """Refuse a value of another class, as where arguments are in the wrong order."""
     if not isinstance(value, kind):
-        raise InputError(f"{argument} is of type {type(value).__name__}, expected a {getattr(kind, '__name__', kind)}")
+        kinds: tuple[type, ...] = kind.__args__ if isinstance(kind, UnionType) else (kind,)
+        names = [each.__name__ for each in kinds]
+        raise InputError(f"{argument} is of type {type(value).__name__}, expected a {' or '.join(names)}")
 
 
 @contextmanager

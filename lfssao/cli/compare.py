@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Callable
 from contextlib import suppress
+from math import isnan
 from pathlib import Path
 
 from lfssao.cli import values
@@ -38,6 +39,8 @@ _HELP = {
     "--picture": "draw the first module that fails or differs (.png, .svg or .pdf)",
 }
 
+_number = values.number("a number", lambda value: not isnan(value))
+
 
 def add_to(compare: argparse.ArgumentParser) -> None:
     """Add the command's options."""
@@ -55,7 +58,7 @@ def add_to(compare: argparse.ArgumentParser) -> None:
     add("--map", action="append", default=[], metavar="MINE=REFERENCE")
     add("--files", action="append", default=[], metavar="PATTERN=LAYER")
     add("--stored", action="append", default=[], metavar="LAYER=FORMAT")
-    add("--background", type=float, metavar="VALUE")
+    add("--background", type=_number, metavar="VALUE")
     for name in ("--estimator", "--mesh"):
         add(name, metavar="FILE")
     add = group("what is compared, and how")
@@ -63,7 +66,7 @@ def add_to(compare: argparse.ArgumentParser) -> None:
     add("--cases", metavar="NAME,...")
     add("--exact", action="store_true")
     for name in ("--fail", "--fail-percent"):
-        add(name, type=float, default=0.0, metavar="X")
+        add(name, type=_number, default=0.0, metavar="X")
     add("--model", default="shader", metavar="NAME")
     add("--no-diagnosis", action="store_true")
     add = group("reports")

@@ -15,7 +15,7 @@ from lfssao.cli import estimators, values
 from lfssao.cli.terminal import say
 from lfssao.cli.values import MOST_BLUR, MOST_SAMPLES
 from lfssao.core.files import check_folder
-from lfssao.errors import InputError, check_choice, errors_of
+from lfssao.errors import InputError, check_choice, errors_of, no_such
 from lfssao.optics.camera import PROJECTIONS, Camera
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import ViewSet, find_views
@@ -161,9 +161,9 @@ def add_ao_options(add_argument: Callable[..., Any]) -> None:
 
 def job_of(options: argparse.Namespace, threads: int) -> Job:
     """The job that the options describe: checked as far as that can be, then the scene is loaded (InputError)."""
+    display = _display(options)
     if options.scene is None:
         options.scene = "turntable" if isinstance(options.frames, int) else "gallery"
-    display = _display(options)
     names = "normals", "neighbours", "caster", "layers"
     more = {"color_filter": options.filter, **{name: getattr(options, name) for name in names}}
     sampling, settings = ao_settings(options, (0.0,), _sizes(options, display), **more)  # the radii depend on the scene
@@ -209,8 +209,9 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
 def _display(options: argparse.Namespace) -> Display | ViewSet:
     """The display that is asked for, a set of views as they are rendered; the options of a camera are checked too."""
     if options.camera is not None:
-        with errors_of("--camera"):
-            check_choice("projection", options.camera, PROJECTIONS)
+        if options.camera not in PROJECTIONS:
+            more = "" if options.scene is not None else "; SCENE goes before --camera"
+            raise InputError(f"--camera: {no_such('projection', options.camera, PROJECTIONS)}{more}")
         for name in ("display", "modules", "neighbours"):
             if getattr(options, name) not in (None, 0):
                 raise InputError(f"--{name} does not go with --camera, which renders one ordinary view")

@@ -78,15 +78,14 @@ class Parser(argparse.ArgumentParser):
         self._check_names(list(args))
         options, rest = super().parse_known_args(args, namespace)
         if rest:  # said here, where the command is known
-            self.error(f"unrecognized arguments: {' '.join(rest)}")
+            self.error(f"unrecognized arguments: {' '.join(rest)}: nothing is left that takes them")
         return options, rest
 
     def _check_names(self, words: list[str]) -> None:
         """Refuse a command or an option that is not there, before it is said which others are missing."""
         if self._commands is not None:
-            name = next((word for word in words if not word.startswith("-")), None)
-            if name is not None and name not in self._commands.choices:
-                self.error(str(no_such(self._commands.metavar.lower(), name, self._commands.choices)))
+            if words and words[0] not in ("-h", "--help", "--version", *self._commands.choices):
+                self._refuse_command(words[0])
             return
         lines = re.findall(r"^  (-.*?)(?:  |$)", super().format_help(), re.MULTILINE)
         known = {option for line in lines for option in re.findall(r"--[a-z-]+", line)}
@@ -101,13 +100,24 @@ class Parser(argparse.ArgumentParser):
                 hint = "" if near is None else f" (did you mean '{told[near]}'?)"
                 self.error(f"unrecognized arguments: {option}{hint}")
 
+    def _refuse_command(self, word: str) -> NoReturn:
+        kind = self._commands.metavar.lower()
+        if word.startswith("-"):
+            self.error(f"{word}: a {kind} comes first")
+        from lfssao.scene.builtin import BUILTIN  # late: the help of all commands imports no NumPy
+
+        if kind == "command" and (word in BUILTIN or os.path.exists(word)):
+            self.error(f"there is no command '{word}' (did you mean 'render {word}'?)")
+        self.error(str(no_such(kind, word, self._commands.choices)))
+
     def format_help(self) -> str:
         """As of ``argparse.ArgumentParser``, and the text."""
         return super().format_help() + (self._text.read_text(encoding="utf-8") if self._text.is_file() else "")
 
     def error(self, message: str) -> NoReturn:
         """Refuse the command line."""
-        raise InputError(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
+        said = message.removeprefix("argument ").replace("ignored explicit argument", "it takes no value, and not")
+        raise InputError(f"{said} (see {self.prog} --help)")
 
 
 def command_line() -> Parser:

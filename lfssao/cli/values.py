@@ -81,7 +81,7 @@ def vector(text: str) -> tuple[float, float, float]:
     """Three numbers X,Y,Z."""
     words = text.split(",")
     if len(words) != 3:
-        raise argparse.ArgumentTypeError(f"'{_short(text)}' is not three numbers X,Y,Z")
+        raise argparse.ArgumentTypeError(f"'{_short(text)}' is not three numbers X,Y,Z, such as 3,2,5")
     x, y, z = map(finite, words)
     return x, y, z
 

@@ -1,6 +1,7 @@
 """``lfssao view``: what an eye sees of a display, from the textures that ``lfssao render`` wrote."""
 
 import argparse
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -74,6 +75,8 @@ def _view(options: argparse.Namespace) -> None:
         _write_page(options)
         return
     folder, animated = Path(options.folder), options.orbit is not None
+    if not os.path.isdir(folder):  # Path's raises where a name is too long
+        raise InputError(f"{folder}: there is no such folder; 'lfssao render -o {folder}' makes one")
     if animated and options.eye_x is not None:
         raise InputError("--eye-x does not go with --orbit, which moves the eye")
     target = folder / ("orbit.png" if animated else "eye.png") if options.output is None else Path(options.output)

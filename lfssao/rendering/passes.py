@@ -14,9 +14,10 @@ from lfssao.ao import post
 from lfssao.ao.estimators.registry import estimate_radii
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Neighbour
+from lfssao.core.arguments import as_whole
 from lfssao.core.files import write_whole
 from lfssao.core.pictures import image_png
-from lfssao.errors import InputError, check_type
+from lfssao.errors import InputError, check_type, shown
 from lfssao.gbuffer.caster import GBuffer, RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import ViewSet, find_views
@@ -268,6 +269,10 @@ class Rendered(Table, Sequence[Textures]):
         """The textures of one of the modules, or a list of those of a slice."""
         if isinstance(number, slice):
             return [self[k] for k in range(len(self))[number]]
+        if (whole := as_whole(number)) is None:
+            raise InputError(f"the number of a view is {shown(number)}, it must be a whole number, or a slice")
+        if not -len(self) <= whole < len(self):
+            raise IndexError(f"there is no view {whole} among the {len(self)} that are rendered")
         neighbours = self._cache.neighbours(self._asked[number], self._settings.caster)
         self._caster = self._caster.of_view(self._views[number])
         textures = render_view(self._caster, self._views[number], self._settings, neighbours)

@@ -157,6 +157,9 @@ class Settings(Table):
             raise InputError(refused if self.neighbours else missing)
         check_type("parameters", self.parameters, Mapping)
         object.__setattr__(self, "parameters", full_parameters(estimator, self.parameters))
+        if as_whole(self.samples) is not None:
+            wanted = f"expected offsets, such as make_samples('latin', {self.samples})"
+            raise InputError(f"samples is {self.samples}, {wanted}; lfssao.render takes a number")
         check_samples(estimator, self.samples, self.weights)
         object.__setattr__(self, "rotation_seed", check_seed("rotation_seed", self.rotation_seed))
         if self.samples is None:
@@ -261,7 +264,7 @@ def settings_of(
     """
     for name in others:
         check_choice("setting", name, [*(each.name for each in fields(Settings)), "sampling", "seed"])
-    if isinstance(radii, str) or not (radii is None or np.iterable(radii)):
+    if radii is not None and not isinstance(radii, list | tuple | np.ndarray):
         raise InputError(f"radii is {shown(radii)}, expected a list of numbers, or of per cent such as '1%'")
     lengths = default_radii(mesh) if radii is None else tuple(_radius_of(each, mesh) for each in radii)
     seed = None if seed is None else check_seed("seed", seed)

@@ -25,11 +25,13 @@ def deciding_radius(layers: Sequence[NDArray[np.floating[Any]]]) -> NDArray[np.i
 def draw_radii(textures: Textures, radii: Sequence[float]) -> Figure:
     """Return a figure of the visibility by each radius, merged, blurred, and of the radius that decides each texel.
 
-    The textures are those that ``render_view`` made with these radii, world units. InputError if a layer that is shown
-    was not kept.
+    The textures are those that ``render_view`` made with these radii, world units. InputError if it was by others, or a
+    layer that is shown was not kept.
     """
     if textures.merged is None or textures.blurred is None or not textures.ao:
         raise InputError("the figure shows the layers ao, merged and blurred: not all are kept")
+    if not np.array_equal(radii, textures.settings.radii):
+        raise InputError(f"radii are {list(radii)}, the textures were made with {list(textures.settings.radii)}")
     seen = np.isfinite(textures.gbuffer.depth)
     pictures = [*textures.ao, textures.merged, textures.blurred]
     titles = [*(f"R = {radius:.3g}" for radius in radii), "merged: maximum", "blurred"]

@@ -219,4 +219,4 @@ def test_a_camera_a_display_of_one_module_and_a_missing_folder_are_refused(tmp_p
         assert reason in said
         assert "is not what" not in said  # the manifest is whole
     assert view(tmp_path / "none") == 2
-    assert "there is no folder" in sentence(capsys)
+    assert "there is no such folder; 'lfssao render" in sentence(capsys)

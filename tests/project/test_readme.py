@@ -72,8 +72,10 @@ def test_its_commands_and_its_python_run_as_they_stand(tmp_path, monkeypatch, ca
 def test_its_pages_of_the_interface_have_all_names(tmp_path):
     command = re.search(r"EAGER_IMPORT=1 (pdoc [^`]*)`", README)[1].split()
     assert python("-m", *command, "-o", str(tmp_path), EAGER_IMPORT="1").stderr == ""
-    pages = {name: (tmp_path / f"{name.replace('.', '/')}.html").read_text(encoding="utf-8") for name in command[3:]}
-    for module in (lfssao, lfssao.testing, lfssao.samples):
+    rooms = lfssao.testing, lfssao.samples, lfssao.viz  # come with the page of lfssao
+    named = [*command[3:], *(room.__name__ for room in rooms)]
+    pages = {name: (tmp_path / f"{name.replace('.', '/')}.html").read_text(encoding="utf-8") for name in named}
+    for module in (lfssao, *rooms):
         names = [name for name in module.__all__ if not inspect.ismodule(getattr(module, name))]
         assert [name for name in names if f'id="{name}"' not in pages[module.__name__]] == []
     assert 'id="algorithm1"' in pages[lfssao.reference.__name__]

@@ -114,7 +114,7 @@ def compare(
         _check_words(name, () if pairs is None else (*pairs, *pairs.values()))
     if not isinstance(files, str):
         _check_words("files", (*files, *files.values()) if isinstance(files, Mapping) else files)
-    tolerance = Tolerance(as_number(fail), as_number(fail_percent))
+    tolerance = Tolerance(fail, fail_percent)
     if background is not None and np.isnan(as_number(background)):
         raise InputError("background is NaN, it must be a number")
     chosen = cases, tolerance, mesh, diagnosis, page, stored, files, background

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 from lfssao.core.files import write_text
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_type
 from lfssao.verify.compare.layers import stage_order
 from lfssao.verify.compare.picture import Panels, save_panels
 from lfssao.verify.compare.power import WEAK, Power
@@ -251,14 +251,14 @@ class Report:
         """``as_dict`` as JSON."""
         return json.dumps(self.as_dict(), indent=1, allow_nan=False)
 
-    def write_json(self, path: Path) -> None:
+    def write_json(self, path: str | Path) -> None:
         """Write ``as_json`` to a file; InputError if it cannot be written."""
-        write_text(path, f"{self.as_json()}\n")
+        write_text(_path(path), f"{self.as_json()}\n")
 
-    def write_junit(self, path: Path) -> None:
+    def write_junit(self, path: str | Path) -> None:
         """Write JUnit XML, a test suite a module, a test case a stage; InputError if it cannot be written."""
         text = ElementTree.tostring(self._junit(), encoding="unicode", xml_declaration=False)
-        write_text(path, f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
+        write_text(_path(path), f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
 
     def _junit(self) -> ElementTree.Element:
         top = ElementTree.Element("testsuites", name="lfssao compare")
@@ -279,20 +279,20 @@ class Report:
                     wrong.text = _xml_text("\n".join(str(texel) for texel in result.blamed))
         return top
 
-    def save_picture(self, path: Path) -> None:
+    def save_picture(self, path: str | Path) -> None:
         """Draw the first module that fails, else that differs, else the first: both sides, difference, verdict.
 
         InputError if nothing was compared or the file cannot be written.
         """
-        save_panels(self.panels, path)
+        save_panels(self.panels, _path(path))
 
-    def write_html(self, path: Path) -> None:
+    def write_html(self, path: str | Path) -> None:
         """Write one HTML file with a viewer of all textures; InputError if none were kept or it cannot be written."""
         from lfssao.verify.compare.page.page import page_text  # late: only a page needs its templates
 
         if self.textures is None:
             raise InputError(f"{path}: the comparison was made without page=True, it kept no textures")
-        write_text(path, page_text(self, self.textures))
+        write_text(_path(path), page_text(self, self.textures))
 
     def _repr_html_(self) -> str:
         head, *rows = ([html.escape(cell) for cell in row] for row in self.summary())
@@ -303,6 +303,11 @@ class Report:
         more = "".join(f"; {line.strip()}" for line in (*first, *self._missing_lines(), *self.weak_stages()))
         title = f"<b>{_WORDS[self.exit_code]}</b>{html.escape(str(self.tolerance) + more)}"
         return f"<p>{title}</p><table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _path(path: str | Path) -> Path:
+    check_type("path", path, str | Path)
+    return Path(path)
 
 
 def _strength(result: Result) -> tuple[float, float]:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lfssao.errors import InputError
+from lfssao.core.arguments import as_number
+from lfssao.errors import InputError, shown
 from lfssao.verify.bounds.bounds import Bounds, Texture
 from lfssao.verify.compare.agreement import Agreement, agreements
 from lfssao.verify.compare.layers import Layer, is_occlusion
@@ -29,9 +30,11 @@ class Tolerance:
     percent: float = 0.0  # of a texture's texels that may differ by more
 
     def __post_init__(self) -> None:
-        for name, value, most in (("--fail", self.fail, 1e300), ("--fail-percent", self.percent, 100.0)):
-            if not 0 <= value <= most:
-                raise InputError(f"{name}: {value:g} is not a number from 0 to {most:g}")
+        for name, option, most in (("fail", "--fail", 1e300), ("percent", "--fail-percent", 100.0)):
+            given = getattr(self, name)
+            if not 0 <= as_number(given) <= most:
+                raise InputError(f"{option}: {shown(given)} is not a number from 0 to {most:g}")
+            object.__setattr__(self, name, as_number(given))
 
     def __bool__(self) -> bool:
         return bool(self.fail > 0 or self.percent > 0)

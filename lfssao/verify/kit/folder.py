@@ -16,7 +16,7 @@ import numpy as np
 from lfssao import __version__
 from lfssao.core.files import check_file, check_folder, read_json
 from lfssao.core.npy import read_npy, write_npy
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_type
 from lfssao.rendering.exr import Part, write_exr
 from lfssao.rendering.manifest import digest
 from lfssao.verify.bounds.bounds import Bounds
@@ -41,7 +41,7 @@ _CHANNELS = {
 _OCCLUSIONS = ("occlusion", "layers", "merged", "source", "horizontal", "blurred")
 
 
-def write_kit(folder: Path, cases: Iterable[Case]) -> None:
+def write_kit(folder: str | Path, cases: Iterable[Case]) -> None:
     """Write a kit, its cases one after the other, into a temporary folder next to it, which is then renamed.
 
     The folder may exist if it is empty or holds a kit, which is replaced. InputError if it holds something else or
@@ -49,6 +49,8 @@ def write_kit(folder: Path, cases: Iterable[Case]) -> None:
 
     >>> lfssao.testing.write_kit(Path("kit"), [lfssao.testing.make_case("frame")])
     """
+    check_type("folder", folder, str | Path)
+    folder = Path(folder)
     target = Path(os.path.abspath(folder))
     check_target(folder)
     try:

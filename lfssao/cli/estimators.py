@@ -185,4 +185,8 @@ def read_samples(
             raise InputError(f"--samples: {count} has the samples, and a --sampling or a --seed would make others")
         given, weights = _samples_of(estimator, count)
         return {"method": "file", "count": len(given), "seed": 0}, given, weights
-    return drawn_samples(estimator, method, count, seed)
+    try:
+        return drawn_samples(estimator, method, count, seed)
+    except InputError as error:  # of words that are options here
+        words, _, rest = str(error).partition(": ")
+        raise InputError(f"{', '.join(f'--{word}' for word in words.split(', '))}: {rest}") from None

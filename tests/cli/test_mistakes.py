@@ -41,7 +41,7 @@ MISTAKES = {
     "render statue --modules 21": "are not a part of 0:21",
     "render statue --resolution 640": "such as 1024x768",
     "render statue --estimator saoo": "did you mean 'sao'?",
-    "render statue --estimator hbao --samples 8": "estimator hbao takes no samples",
+    "render statue --estimator hbao --samples 8": "--samples, --sampling, --seed: estimator hbao takes no samples",
     "render statue --parameter taps": "'taps' is not NAME=VALUE, such as sigma=2",
     "render statue --estimator sao --parameter tap=12": "it has intensity, beta, ",
     "render statue --like unity": "choose one of babylon-ssao2",

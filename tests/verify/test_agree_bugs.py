@@ -10,7 +10,10 @@ from planted_bugs import Renderer, turns_of
 
 import lfssao
 from lfssao.cli.main import main
-from lfssao.verify.agree.bugs import Bug, _exchanges
+from lfssao.verify.agree.bugs import Bug, _exchanges, _is_wrong
+from lfssao.verify.compare.metrics import Metrics
+from lfssao.verify.compare.result import Result
+from lfssao.verify.verdict import Verdict
 
 WIDTH, HEIGHT = 80, 60
 JOB = ["ammonite", "--camera", "--resolution", f"{WIDTH}x{HEIGHT}", "--layers", "depth,positions,normals,ao"]
@@ -293,6 +296,15 @@ def test_modules_in_reverse_order_are_exchanged(modules, tmp_path, capsys):
     }
     assert "bug of all views: " in capsys.readouterr().out
     assert made["unexplained"] == []
+
+
+@pytest.mark.parametrize(("verdict", "figures", "wrong"), [
+    (Verdict.DIFFERENT, {"max_error": 1e-5}, False), (Verdict.DIFFERENT, {"max_error": 1e-4}, True),
+    (Verdict.DIFFERENT, {"nan_mismatches": 1}, True), (Verdict.OUTSIDE, {"max_error": 1e-6}, True),
+    (Verdict.INSIDE, {"max_error": 1e-4}, False), (Verdict.WITHIN, {"max_error": 1e-4}, False),
+])  # fmt: skip
+def test_rounding_where_no_interval_is_known_is_not_wrong(verdict, figures, wrong):
+    assert _is_wrong(Result("left", "ao_1", verdict, metrics=Metrics(4, 1, **figures))) == wrong
 
 
 def test_views_that_take_each_others_are_exchanged():

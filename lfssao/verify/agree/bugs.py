@@ -14,7 +14,8 @@ from lfssao.verify.agree.views import Renderer, Seen
 from lfssao.verify.compare.causes import Cause, causes_of
 from lfssao.verify.compare.layers import is_occlusion, stage_order
 from lfssao.verify.compare.result import Result
-from lfssao.verify.verdict import WRONG
+from lfssao.verify.diagnosis.change import ALIKE
+from lfssao.verify.verdict import Verdict
 
 _FEW = 3  # views that are named
 # Kinds of changes that name another view, and that view; what may be said of its place.
@@ -70,10 +71,18 @@ def find_bugs(renderer: Renderer, views: Sequence[Seen], mesh: str | None = None
         results += [replace(each, module=told[each.module]) for each in comparison.report().results]
     order = [names[seen] for seen in views]
     results.sort(key=lambda result: order.index(result.module))
-    wrong = [_without_order(result) for result in results if result.verdict in WRONG]
+    wrong = [_without_order(result) for result in results if _is_wrong(result)]
     left = [each.module for each in wrong if each.diagnosis is None or not each.diagnosis.fits]
     bugs = _exchanges([Bug(each.kind, each.modules, _words(each)) for each in causes_of(wrong)])
     return Found(tuple(order), bugs, _once(each.module for each in wrong), _once(left))
+
+
+def _is_wrong(result: Result) -> bool:
+    """Whether a texture is outside its interval, or, where none is known, off by more than another order of sums."""
+    if result.verdict is Verdict.DIFFERENT and result.metrics is not None:
+        figures = result.metrics
+        return figures.max_error > ALIKE or figures.nan_mismatches + figures.infinity_mismatches > 0
+    return result.verdict is Verdict.OUTSIDE
 
 
 def _without_order(result: Result) -> Result:

@@ -104,7 +104,9 @@ def mean_of(texture: Any, seen: Any) -> Any:
 
 
 def correlation(a: Any, b: Any) -> float:
-    return float(np.corrcoef(np.asarray(a, np.float64), np.asarray(b, np.float64))[0, 1])
+    """Pearson's correlation, 0 where either is constant."""
+    first, second = (np.asarray(each, np.float64) - np.mean(each, dtype=np.float64) for each in (a, b))
+    return float((first * second).mean() / max(first.std() * second.std(), 1e-30))
 
 
 def fine(texture: Any, seen: Any, size: int = 9) -> Any:

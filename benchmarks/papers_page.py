@@ -15,11 +15,12 @@ import papers_sao_depth
 import papers_sao_times
 import papers_vo
 import papers_vo_samples
+import papers_vo_volume
 from papers_common import PAPERS, RESULTS, Claim
 
 _ROOMS = (
     papers_lf, papers_lf_mapping, papers_lf_samples, papers_sao, papers_sao_counts, papers_sao_depth, papers_sao_times,
-    papers_vo, papers_vo_samples,
+    papers_vo, papers_vo_samples, papers_vo_volume,
 )  # fmt: skip
 _MEASURED = {name: claim for room in _ROOMS for name, claim in room.CLAIMS.items()}
 CLAIMS: dict[str, Claim] = {name: _MEASURED[name] for name, paper in PAPERS.items() if "why" not in paper}

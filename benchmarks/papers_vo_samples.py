@@ -1,10 +1,13 @@
 """The VO paper's samples, measured and judged: the gallery before an ordinary camera, float32."""
 
+from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
-from papers_common import PAPERS, Claim, Found, Judged, Scale, curves
+from papers_common import PAPERS, Claim, Found, Judged, Scale, changed, curves
 from papers_vo import SEEDS, limit_of, occlusion, samples
+from scipy.spatial import cKDTree
 
 import lfssao
 from lfssao.bench.work_precision.figures import rms
@@ -91,6 +94,103 @@ def next_counts(_: Scale, found: Found) -> Found:
     }
 
 
+GRID = 128
+DISK_SETS = ("repulsion", "lloyd", "halton", "sobol", "poisson")
+FEW = (3, 4, 5, 6, 7, 8, 9, 10, 12, 13, 15, 16)
+
+
+@cache
+def disk_cells() -> tuple[Any, Any]:
+    """Middles of small squares of the disk, and the ball's extent along z there."""
+    across = (np.arange(GRID) + 0.5) * 2 / GRID - 1
+    places = np.stack(np.meshgrid(across, across), axis=-1).reshape(-1, 2)
+    places = places[(places**2).sum(axis=1) < 1]
+    return places, 2 * np.sqrt(1 - (places**2).sum(axis=1))
+
+
+def relaxed(n: int, seed: int) -> Any:
+    """Lloyd's relaxation of independent points, 100 steps, by cells that hold the same integral."""
+    points, (places, extent) = lfssao.samples.sample_set("disk", "random", n, seed).points, disk_cells()
+    for _ in range(100):
+        nearest = cKDTree(points).query(places)[1]
+        mass = np.maximum(np.bincount(nearest, extent, n), 1e-9)
+        points = np.stack([np.bincount(nearest, extent * places[:, k], n) / mass for k in range(2)], axis=-1)
+    return points
+
+
+def disk_set(name: str, n: int, seed: int) -> tuple[Any, Any]:
+    """Points of the disk, weighted by the integrals of their cells."""
+    if name == "repulsion":
+        return samples("vo-lines", n)
+    points = relaxed(n, seed) if name == "lloyd" else lfssao.samples.sample_set("disk", name, n, seed).points
+    places, extent = disk_cells()
+    return points, np.bincount(cKDTree(points).query(places)[1], extent, n)
+
+
+def generators(scale: Scale) -> Found:
+    """Section 4.5: errors of sets of lines by how they were made."""
+    buffers, radius, there, truth = limit_of(scale.size(512, 384), 0.03)
+    figure, (axes,) = curves(1, 6.4)
+    rows: dict[str, Any] = {}
+    for name in DISK_SETS:
+        errors = {}
+        for n in FEW:
+            made = [lfssao.estimate("vo-lines", buffers, radius, *disk_set(name, n, s), seed=s).texture for s in SEEDS]
+            errors[str(n)] = rms([(texture - truth)[there] for texture in made])
+        axes.loglog(FEW, list(errors.values()), "o-", label=name)
+        rows[name] = errors
+    axes.set(xlabel="lines", ylabel="RMS error of ao")
+    axes.legend()
+    scale.save("vo-section-45-sample-generation", figure)
+    return {"rows": rows}
+
+
+def judge_generators(found: Found, limit: float) -> Judged:
+    own, others = found["rows"]["repulsion"], {n: row for n, row in found["rows"].items() if n != "repulsion"}
+    gains = {name: [row[n] / own[n] for n in own] for name, row in others.items()}
+    told = {name: float(np.mean(gain)) for name, gain in gains.items()}
+    told |= {"least": min(map(min, gains.values())), "poisson_least": min(gains["poisson"])}
+    return min(told[name] for name in gains) >= limit and told["least"] > 1, max(told[n] for n in gains) >= limit, told
+
+
+def poisson_as_repulsion(_: Scale, found: Found) -> Found:
+    """Poisson sets under the name of repulsion."""
+    return changed(found, {"repulsion": found["rows"]["poisson"]})
+
+
+TILES = (1, 2, 4, 8, 16, 64)
+
+
+def random_textures(scale: Scale) -> Found:
+    """Section 4.5: error by the size of the random texture that turns the samples."""
+    buffers, radius, there, truth = limit_of(scale.size(512, 384), 0.03)
+    sizes, rows = buffers.depth.shape, {}
+    for n in TILES:
+        errors: dict[str, Any] = {"raw": [], "blurred": []}
+        for seed in range(8):
+            angles = np.random.default_rng(seed).uniform(0, 2 * np.pi, (n, n))
+            turned = replace(buffers, turns=lfssao.samples.noise_turns(angles, *sizes, buffers.depth.dtype))
+            made = occlusion("vo-lines", turned, radius, 9, randomize=False)
+            errors["raw"].append((made - truth)[there])
+            errors["blurred"].append((lfssao.blur(made, 1.0) - lfssao.blur(truth.astype(made.dtype), 1.0))[there])
+        rows[f"{n}x{n}"] = {key: rms(each) for key, each in errors.items()}
+    return {"rows": rows}
+
+
+def judge_random_textures(found: Found, limit: float) -> Judged:
+    sizes = [row for name, row in found["rows"].items() if name not in ("1x1", "2x2")]
+    told = {key: max(row[key] for row in sizes) / min(row[key] for row in sizes) for key in ("raw", "blurred")}
+    told["one"] = found["rows"]["1x1"]["blurred"] / found["rows"]["64x64"]["blurred"]
+    return max(told["raw"], told["blurred"]) <= limit, told["raw"] <= limit, told
+
+
+def one_turn(_: Scale, found: Found) -> Found:
+    """The same turn for all texels under the name of a texture of 16 x 16."""
+    return changed(found, {"16x16": found["rows"]["1x1"]})
+
+
 CLAIMS = {
+    "VO section 4.5, sample generation": Claim(generators, judge_generators, poisson_as_repulsion),
+    "VO section 4.5, random texture": Claim(random_textures, judge_random_textures, one_turn),
     "VO figure 4": Claim(good_counts, judge_good_counts, next_counts),
 }

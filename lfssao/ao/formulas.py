@@ -17,6 +17,7 @@ from lfssao.ao.estimators.estimator import Estimator, FloatArray, Options, turns
 from lfssao.ao.estimators.look_ups import cleared_places, cleared_z, look_of, one_more, with_cleared
 from lfssao.ao.kernels.float_view import FloatView
 from lfssao.ao.kernels.folds import fold_steps
+from lfssao.ao.kernels.levels import Levels
 from lfssao.ao.kernels.look_up import NOTHING
 from lfssao.ao.kernels.sums import sum_samples
 from lfssao.ao.kernels.texel_rays import TexelRays
@@ -28,6 +29,7 @@ from lfssao.errors import InputError
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import View
 
+_MOST_LEVEL = 15  # of levels of depth
 ZENITH = 1.0 + 2.0**-16  # no sine is larger, rounded or not
 
 
@@ -240,19 +242,21 @@ def float_view(buffers: Buffers, words: Container[str], options: Options) -> Flo
     Textures that no word reads are None: formulas that read them do not compile. Normals are the positions where there
     are none. The rows are those of u, v, the divisor and z, cast z or, for the word ``image_z``, image z; a display's
     mapping has no divisor's row: 0. A texel behind those of the texture stands for background, where samples beyond the
-    border see it; cleared, it holds a place in the middle of the view.
+    border see it; cleared, it holds a place in the middle of the view. Formulas that name ``coarse_z`` read levels of
+    cast z by rotated sub-samples (SAO table 1), as many as the options' ``max_level`` says.
     """
     depth, cleared = buffers.depth, cleared_z(options)
     buffers = with_cleared(buffers, cleared)
     view, dtype, mapping = buffers.view, buffers.depth.dtype, buffers.view.world_to_image
     divisor, of_image = mapping.numbers[12:16] if mapping.kind == MATRIX else np.zeros(4), "image_z" in words
-    z, surfaces = mapping.numbers[8:12] if of_image else view.cast_from_world[2], None
+    z, surfaces, levels = mapping.numbers[8:12] if of_image else view.cast_from_world[2], None, None
     if of_image:
         surfaces = np.ascontiguousarray(view.image_z(buffers.depth), dtype).ravel()
-    elif "surface" in words:
+    elif "surface" in words or "coarse_z" in words:
         surfaces = cast_depth(buffers).ravel()
         if cleared is not None:
             surfaces[~(depth.ravel() < np.inf)] = cleared  # and not as rounded on its way through a position
+        levels = levels_of_z(surfaces.reshape(depth.shape), options) if "coarse_z" in words else None
     positions, turns = np.ascontiguousarray(buffers.positions), turns_of(buffers)
     rays = _rays_of(view, dtype) if "point_at" in words else None
     made = FloatView(
@@ -271,6 +275,7 @@ def float_view(buffers: Buffers, words: Container[str], options: Options) -> Flo
         look=look_of(options, depth.size),
         third=turns[2] if len(turns) == 3 else None,
         rays=rays,
+        levels=levels,
     )
     if made.look is None or made.look.outside == NOTHING:
         return made
@@ -282,6 +287,13 @@ def float_view(buffers: Buffers, words: Container[str], options: Options) -> Flo
         positions=one_more(made.positions, np.full(3, np.inf) if cleared is None else place),
         normals=one_more(made.normals, np.zeros(3)),
     )
+
+
+def levels_of_z(z: Texture, options: Options) -> Levels:
+    """Return levels of cast z, (H, W), until one texel or the options' ``max_level``."""
+    from lfssao.ao.estimators.sao.estimator import levels_of, z_hierarchy  # late: few estimators read levels
+
+    return levels_of(z_hierarchy(np.ascontiguousarray(z), "rotated", getattr(options, "max_level", _MOST_LEVEL)))
 
 
 def _rays_of(view: View, dtype: Any) -> TexelRays:

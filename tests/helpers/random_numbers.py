@@ -430,6 +430,20 @@ class RandomView:
         of = np.arange(self.by.count)[:, None, None]
         return self.between(lambda texel: Number(self.by, self.surfaces[of, texel]), seen)
 
+    def coarse_z(self, seen, h, log_q):
+        """Z of a surface in a level of rotated sub-samples, and whether there is one."""
+        exponent = np.frexp(np.maximum(np.floor(h.x), 1.0))[1] - 1
+        level, made = np.clip(exponent - log_q, 0, len(self.given.levels.first) - 1), 0.0
+        (height, width), column, row = self.shape, self.column(seen), self.row(seen)
+        for k in range(len(self.given.levels.first)):
+            u, v = column >> k, row >> k
+            for below in range(k, 0, -1):  # the texel of the level below that stands for it
+                wide, high = -(-width >> (below - 1)), -(-height >> (below - 1))
+                u, v = np.minimum(2 * u + (v & 1 ^ 1), wide - 1), np.minimum(2 * v + (u & 1 ^ 1), high - 1)
+            made = np.where(level == k, v * width + u, made)
+        texel = made.astype(int)
+        return self.surface(texel), self.given.depth[texel] < np.inf
+
     def other(self, seen, texel):
         if not isinstance(seen, Corners):
             return seen != texel

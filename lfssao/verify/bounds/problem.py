@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators import estimator
 from lfssao.ao.estimators.estimator import Value, turns_of
 from lfssao.ao.estimators.look_ups import cleared_z, with_cleared
-from lfssao.ao.formulas import float_view, words_of
+from lfssao.ao.formulas import float_view, levels_of_z, words_of
 from lfssao.ao.moments import filtered
 from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.kernels.ball_view import BallView
+from lfssao.verify.bounds.kernels.ball_view import BallLevels, BallView
 from lfssao.verify.bounds.kernels.moment_balls import BallPyramid
 from lfssao.verify.bounds.kernels.seen import CAST, IMAGE, NOTHING, Seen
 from lfssao.verify.bounds.ssao import image_depth, seen_by, single, with_depths
@@ -85,6 +85,9 @@ def view_of_formulas(given: Problem, seen: Seen, formulas: Any, options: estimat
     """Return a view as the formulas of an estimator read it, filtered where they ask for moments."""
     words = words_of(formulas)
     view = ball_view(given.seen, seen, given.model, words, options)
+    if "coarse_z" in words:
+        low, high = (levels_of_z(end, options) for end in (seen.low, seen.high))
+        view = view._replace(levels=BallLevels(low.z, high.z, low.first))
     if "moments" not in words:
         return view
     return view._replace(moments_of=moment_balls(seen, bool(given.options["prefilter"]), given.model))

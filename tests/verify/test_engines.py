@@ -97,6 +97,12 @@ def by_recurrence(j, i):
     return 2 * np.pi * np.modf(0.7548776662466927 * i + 0.5698402909980532 * j)[0]
 
 
+def by_gradient(j, i):
+    """Interleaved gradient noise of a texel's row and column, and 0."""
+    slope = 0.06711056 * (i + 0.5) + 0.00583715 * (j + 0.5)
+    return np.dstack([np.modf(52.9829189 * np.modf(slope)[0])[0], 0 * slope])
+
+
 @dataclass
 class Own:
     """An engine's shader with defines and numbers, and the textures and options that it hands over."""
@@ -145,6 +151,11 @@ ENGINES = {
         "gtao_noise", {},
         {"side": 64, "falloff_range": 0.615, "distribution": 2.0, "thin": 0.0, "power": 2.2, "slices": 3, "steps": 3},
         noise=lambda _: noise_slices.hilbert_noise(), given=Own.given[:1], below=False,
+    ),
+    "filament-sao": Own(
+        "spiral_squares", {},
+        {"bias": 0.0005, "intensity": 1.0, "horizon": 0.0, "power": 1.0, "turns": 3.0, "taps": 7, "levels": 4},
+        noise=lambda _: by_gradient(*np.indices(SIZE[::-1])),
     ),
     "r3d": Own(
         "sao", {"FACE": 0, "LANDING": 1, "FULL_TURN": "6.283185307179586"},
@@ -325,6 +336,22 @@ BUGS = {
         "horizon not in the hemisphere": (
             (r"horizon0 = low0, horizon1 = low1", "horizon0 = -1.0, horizon1 = -1.0"), None,
         ),
+    },
+    "filament-sao": {
+        "noise not turning": ((r"\* 2\.4 \* random", "* 0.0 * random"), None),
+        "normals inside out": ((r"n = (vec3\(normals.*\));", r"n = -\1;"), "normals with the other sign"),
+        "z of normals turned": (
+            (r", normals\[3 \* texel \+ 2\]", ", -normals[3 * texel + 2]"),
+            "z of normals in view space with the other sign",
+        ),
+        "bias forgotten": ((r" \+ here\.z \* bias", ""), "bias 0 in place of 0.0005"),
+        "root forgotten": ((r"sqrt\((.*)\);", r"\1;"), None),
+        "power not doubled": ((r"2\.0 \* power", "power"), ("power", 0.5)),
+        "intensity of a half": ((r"\* intensity", "* 0.5 * intensity"), "sum divided by 14 in place of 7"),
+        "falloff not squared": ((r"weight \* weight \*", "weight *"), None),
+        "radius without its 1/2": ((r"0\.5 \* projection", "projection"), None),
+        "spiral of 5 turns": ((r"turns \* 2\.0", "5.0 * 2.0"), None),
+        "not a texel away": ((r"max\(1\.0, ", "(") , None),
     },
     "r3d": SPIRAL | {
         "5 forgotten": ((r"\(5\.0 /", "(1.0 /"), ("strength", 0.2)),

@@ -1,0 +1,48 @@
+"""Filament's SAO against an evaluation of its own, texel by texel (``helpers/spiral_taps``)."""
+
+import numpy as np
+import pytest
+import spiral_taps
+
+from lfssao import Camera, RayCaster, builtin_scene, find_display, module_views
+from lfssao.ao.estimators.registry import estimate, find_estimator, full_parameters
+from lfssao.ao.formulas import cast_depth
+from lfssao.ao.textures import Buffers
+from lfssao.errors import InputError
+from lfssao.samples.rotation import noise_turns
+
+SIZE = 64, 48  # whole numbers of texels of the levels that are read
+
+
+def corner():
+    mesh = builtin_scene("corner")
+    view = Camera.looking_at(mesh.bounds).view(*SIZE)
+    made = Buffers.of(RayCaster(mesh, view.cast_from_world).gbuffer(view, normals="geometric"), view)
+    depth, positions, normals = (x.astype(np.float64) for x in (made.depth, made.positions, made.normals))
+    noise = np.dstack([np.random.default_rng(3).random(SIZE[::-1]), np.zeros(SIZE[::-1])])
+    return Buffers(view, depth, positions, normals, noise_turns(noise, *SIZE[::-1], np.dtype(np.float64)))
+
+
+@pytest.mark.parametrize(("radius", "changed"), [
+    (0.3, {}), (2.0, {"taps": 11, "turns": 6.0}), (0.6, {"horizon": 20.0, "bias": 0.01, "power": 0.5}),
+    (3.0, {"max_level": 1, "intensity": 0.5}),
+])  # fmt: skip
+def test_filaments_sao_is_that_of_its_own_evaluation(radius, changed):
+    seen, options = corner(), full_parameters(find_estimator("filament-sao"), {"border": "clamp", **changed})
+    made = estimate("filament-sao", seen, radius, **options).texture[::-1]
+    normals = seen.normals @ (seen.view.world_from_cast[:, :3] * [1, 1, -1])
+    frame = spiral_taps.Frame(cast_depth(seen), normals, seen.view.lens[:4])
+    rows, columns = np.nonzero(frame.levels[0] < np.inf)
+    chosen = np.random.default_rng(1).choice(len(rows), 60, replace=False)
+    for row, column in zip(rows[chosen], columns[chosen], strict=True):
+        right = spiral_taps.filament(frame, seen.turns[0, ::-1][row, column], radius, row, column, options)
+        assert made[row, column] == pytest.approx(right, abs=1e-6), (row, column)
+    assert made.max() > 0.1
+
+
+def test_filaments_sao_is_refused_on_displays():
+    view = module_views(builtin_scene("corner"), find_display("sample-a").with_resolution(4, 3), range(4, 5))[0]
+    empty = np.zeros((3, 4), np.float32)
+    seen = Buffers(view, empty, np.zeros((3, 4, 3), np.float32), np.ones((3, 4, 3), np.float32), None)
+    with pytest.raises(InputError, match="filament-sao measures texels of a camera"):
+        estimate("filament-sao", seen, 1.0)

@@ -46,7 +46,7 @@ def display_text(name: str) -> str:
     """
     names = [name for kind in KINDS for name in display_names(kind)]
     if name not in names:
-        raise no_such("display", name, [*names, "or a .toml file"])
+        raise no_such("display", name, [*names, "or FILE.toml"])
     return _PRESETS.joinpath(f"{name}.toml").read_text(encoding="utf-8")
 
 

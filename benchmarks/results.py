@@ -71,6 +71,8 @@ def main() -> None:
     path, target = folder / "papers.json", folder / "RESULTS.md" if options.quick else PAGE
     result = json.loads(path.read_text()) if path.exists() else {}
     names = [] if options.page else [name for name in CLAIMS if options.only in name]
+    if options.controls:
+        names = [name for name in names if name in result]
     for k, name in enumerate(names, 1):
         print(f"{k} of {len(names)}: {name}", end=" ", flush=True)
         scale = papers_common.Scale(options.quick, folder)

@@ -1,5 +1,6 @@
 """Pictures of all views of a quilt, compared with the files of its views."""
 
+import math
 import shutil
 from dataclasses import replace
 
@@ -9,8 +10,20 @@ from jobs import edit, manifest_of, render, sentence
 from PIL import Image
 from quilt_files import QUILT
 
-from lfssao import compare, read_exr, write_exr
+from lfssao import (
+    Buffers,
+    Camera,
+    compare,
+    estimate,
+    find_scene,
+    find_views,
+    fit_roi,
+    module_views,
+    read_exr,
+    write_exr,
+)
 from lfssao.cli.main import main
+from lfssao.optics.view import inverse_of
 from lfssao.verify.verdict import Verdict
 
 MINE = QUILT.replace("[24, 32]", "[36, 48]")
@@ -145,3 +158,68 @@ def test_numbers_that_are_not_the_references(folder, mine, tmp_path, capsys):
     edit(changed, "quilt", value=None)
     assert main([*words[:2], str(changed)]) == 2  # of no quilt: none of its views is there
     assert "view_000" in capsys.readouterr().out
+
+
+JOB = "statue", "--radii", "8%", "--rotate", "none", "--estimator", "point", "--layers", "depth,positions,ao"
+WRONG = {  # the file's words, and the name and value of the cause
+    "view_cone = 37.45": ("view cone", 1.07),
+    f"field_of_view = {math.degrees(2 * math.atan(math.tan(math.radians(7)) / 0.96))}": (
+        "eyes' distance from the screen", 0.96
+    ),
+    'spacing = "middles"': ("spacing 'middles' in place of 'ends'", None),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    """A reference of the point estimator, which reads positions."""
+    path = tmp_path_factory.mktemp("drawn")
+    (path / "mine.toml").write_text(MINE)
+    return render(path / "reference", *JOB, "--display", str(path / "mine.toml"))
+
+
+def told_once(report, kind, value):
+    """Whether one cause explains all textures with 20 wrong texels and more, its value within a fiftieth."""
+    (cause,) = report.causes
+    wrong = {result.place for result in report.results if result.outside >= 20}
+    values = [] if value is None else [pytest.approx(value, abs=abs(value - 1) / 50)]
+    return (cause.kind, list(cause.values)) == (kind, values) and set() < wrong <= set(cause.places)
+
+
+@pytest.mark.parametrize("words", WRONG)
+def test_a_wrong_number_of_a_quilt_is_told_once_for_all_views(drawn, tmp_path, words):
+    key = words.split(" = ")[0]
+    lines = [line for line in MINE.splitlines() if not line.startswith(key)]
+    (tmp_path / "wrong.toml").write_text("\n".join([words, *lines]))
+    mine = render(tmp_path / "mine", *JOB, "--display", str(tmp_path / "wrong.toml"))
+    assert told_once(compare(mine, drawn), *WRONG[words])
+
+
+@pytest.mark.parametrize("turned", [True, False])
+def test_views_that_are_not_sheared_are_named(drawn, tmp_path, turned):
+    """Cameras at the eyes' places that look at the screen's middle, or straight ahead; AO alone is wrong."""
+    mesh, quilt = find_scene("statue"), find_views(drawn.parent / "mine.toml")
+    to_world = inverse_of("map", fit_roi(mesh.bounds, quilt.roi))
+    settings = manifest_of(drawn)["settings"]
+    for k, view in enumerate(module_views(mesh, quilt)):
+        x, unit = quilt.eye_x(k), to_world[0, 0]
+        eye, middle, ahead = (to_world[:, :3] @ p + to_world[:, 3] for p in np.array(
+            [[x, 0, -quilt.distance], [0, 0, 0], [x, 0, 0]]))  # fmt: skip
+        height = quilt.screen_height * unit * (math.hypot(x, quilt.distance) / quilt.distance if turned else 1)
+        camera = Camera(
+            "perspective", tuple(eye), tuple(middle if turned else ahead), (0, 1, 0), height, *view.lens[4:6]
+        )
+        other = camera.view(quilt.width, quilt.height, aspect=quilt.aspect)
+        parts = read_exr(drawn / f"{view.name}.exr")
+        seen = replace(view, world_to_image=other.world_to_image)
+        buffers = Buffers(seen, np.ascontiguousarray(parts["depth"].pixels[..., 0]), parts["positions"].pixels)
+        made = estimate("point", buffers, settings["radii"][0], np.array(settings["samples"]))
+        np.save(tmp_path / f"{view.name}_ao_1.npy", made.texture)
+    kind = "views turned to the screen's middle in place of sheared" if turned else "views without shear"
+    report = compare(tmp_path, drawn, layers=["ao_1"])
+    if turned:
+        assert told_once(report, kind, None)
+    else:  # of the outermost views all samples fall outside
+        first, second = report.causes
+        assert (first.kind, second.kind) == (kind, "ao of 0 everywhere")
+        assert len(first.modules) >= 4

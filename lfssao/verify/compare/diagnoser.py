@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from lfssao.errors import InputError
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
+from lfssao.optics.display_file import set_of
+from lfssao.optics.quilt import Quilt
 from lfssao.rendering.folder import display_of, reading_manifest
 from lfssao.rendering.image_file import read_image_file
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel
@@ -113,16 +115,19 @@ class Diagnoser:
         return None if self._surface is None else self._surface.caster(self._reference.entries[module])
 
     @cached_property
-    def _display(self) -> Display | None:
-        """The display of the reference's manifest, if it has one."""
+    def _display(self) -> Display | Quilt | None:
+        """The display or the quilt of the reference's manifest, if it has one."""
         manifest, entries = self._reference.manifest or {}, self._reference.entries
         if manifest.get("display") is None:
+            with suppress(InputError, ValueError), reading_manifest(self._reference.path):
+                views = set_of(manifest)
+                return views if isinstance(views, Quilt) else None
             return None
         with suppress(InputError, ValueError), reading_manifest(self._reference.path):
             return display_of(manifest["display"], {_number(name): entry for name, entry in entries.items()})
         return None
 
-    def _place(self, module: str) -> tuple[Display, int] | None:
+    def _place(self, module: str) -> tuple[Display | Quilt, int] | None:
         return None if self._display is None else (self._display, _number(module))
 
     @cached_property
@@ -175,7 +180,7 @@ class Diagnoser:
 
 
 def _number(module: str) -> int:
-    return int(module.removeprefix("module_"))
+    return int(module.rpartition("_")[2])
 
 
 def _background_candidate(name: str, value: float) -> Candidate:

@@ -14,6 +14,7 @@ from lfssao.ao.textures import Buffers
 from lfssao.core.affine import Matrix
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
+from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import without_guard
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
@@ -49,7 +50,7 @@ class Texture:
     judged: Judgement
     model: ErrorModel  # not an exact one
     stored: Stored | None = None  # the texture's format
-    display: tuple[Display, int] | None = None  # the display, and the module's number
+    display: tuple[Display | Quilt, int] | None = None  # the display or quilt, and the module's or view's number
     others: Mapping[str, Sight] = field(default_factory=dict)  # other modules, by name
     # Textures of a layer of other modules, by the module, of the size of this module's
     textures: Callable[[str], Mapping[str, NDArray[Any]]] = field(default_factory=lambda: no_textures)
@@ -106,7 +107,7 @@ class Texture:
         """The reference's sight, the centre of its region of interest, and other modules' sights."""
         display, index = self.display or (None, None)
         sight = sight_of(described_view(self.case.parameters), display, index)
-        centre = None if display is None else np.mean(np.array(display.roi, np.float64), axis=0)
+        centre = None if sight.display is None or display is None else np.mean(np.array(display.roi), axis=0)
         return {"sight": sight, "centre": centre, "others": self.others}
 
     def problem(self, places: Places) -> Problem | None:

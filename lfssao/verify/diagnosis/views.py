@@ -1,4 +1,4 @@
-"""Changes of the numbers of a display file, or of a camera: how a wrong renderer sees the scene.
+"""Changes of the numbers of a display file, a quilt's or a camera's: how a wrong renderer sees the scene.
 
 A changed display makes another view. Depth, positions and occlusion of a wrong renderer are those of that view, so one
 change with one value is tried on all of them, and in all modules.
@@ -7,7 +7,7 @@ change with one value is tried on all of them, and in all modules.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from math import atan, pi, tan
+from math import atan, degrees, hypot, pi, radians, tan
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from lfssao.optics.camera import with_lens
 from lfssao.optics.display import Display, Module
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX
 from lfssao.optics.kernels.rays import write_lines
+from lfssao.optics.quilt import SPACINGS, Quilt
 from lfssao.optics.view import DIFFUSERS, View, WorldToImage
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.diagnosis.change import Axis, Change
@@ -36,6 +37,7 @@ class Sight:
     display: Display | None = None  # that the view is of, with this one module; None of a camera
     middle: float = 0.5  # place inside its texel, along u and v, that a ray goes through
     pinhole: bool = False  # whether rays meet in the lens in both axes
+    quilt: tuple[Quilt, int, Matrix] | None = None  # that a camera's view is of, its number, and world -> physical
 
     def __post_init__(self) -> None:
         if self.pinhole and self.view.rays.kind != CROSSED_SLITS:
@@ -113,17 +115,26 @@ class Sight:
         """The same with other numbers of the module."""
         return self.with_display(replace(self.screen, modules=(replace(self.module, **changes),)))
 
+    def with_quilt(self, **changes: Any) -> "Sight":
+        """The same with other numbers of the quilt."""
+        assert self.quilt is not None
+        quilt, index, physical_from_world = self.quilt
+        made = replace(quilt, **changes).view(index, physical_from_world, self.view.guard)
+        return replace(self, view=replace(made, name=self.view.name))
+
     def with_screen(self, **changes: Any) -> "Sight":
         """The same with other numbers of screen, observers or diffuser."""
         return self.with_display(replace(self.screen, **changes))
 
 
-def sight_of(view: View, display: Display | None, index: int | None) -> Sight:
-    """The sight of a view: of the module of a number, of slits alone, or of a camera.
+def sight_of(view: View, display: Display | Quilt | None, index: int | None) -> Sight:
+    """The sight of a view: of the module of a number, of slits alone, of a quilt's view, or of a camera.
 
     The region of interest of the display is left out, as changed displays need not hold it; ``display`` may have any
     resolution.
     """
+    if isinstance(display, Quilt):
+        return Sight(view, quilt=_view_of_quilt(view, display, index or 0))
     if view.screen_to_world is not None or (display is None and view.rays.kind != CROSSED_SLITS):
         return Sight(view)
     width, height = view.width - 2 * view.guard, view.height - 2 * view.guard
@@ -134,6 +145,23 @@ def sight_of(view: View, display: Display | None, index: int | None) -> Sight:
         return Sight(view, Display("slits", width / u_scale, -height / v_scale, y_o, z_o, (module,), tiny))
     display = display.with_resolution(width, height)
     return Sight(view, replace(display, modules=(display.modules[index],), roi=tiny))
+
+
+def _view_of_quilt(view: View, quilt: Quilt, index: int) -> tuple[Quilt, int, Matrix] | None:
+    """The quilt in the view's resolution, the view's number and world -> physical; None if it is no view of it.
+
+    The near plane's distance says how many units of the scene a metre is (``Quilt.view``).
+    """
+    try:
+        quilt = quilt.with_resolution(view.width - 2 * view.guard, view.height - 2 * view.guard)
+        units = view.lens[4] / quilt.view(index, np.eye(3, 4)).lens[4]
+        physical = np.array(view.cast_from_world, np.float64) / units
+        physical[:, 3] += quilt.eye_x(index), 0.0, -quilt.distance
+        made = quilt.view(index, physical, view.guard)
+    except InputError:
+        return None
+    alike = np.allclose(made.lens, view.lens, rtol=1e-6) and np.allclose(made.cast_from_world, view.cast_from_world)
+    return (quilt, index, physical) if alike else None
 
 
 def view_changes(sight: Sight, centre: FloatArray | None, others: Mapping[str, Sight]) -> list[Change]:
@@ -147,6 +175,8 @@ def view_changes(sight: Sight, centre: FloatArray | None, others: Mapping[str, S
         made += _of_display(sight, sight.display)
         if centre is not None:
             made += _of_place(centre)
+    elif sight.quilt is not None:
+        made += [*_of_quilt(sight.quilt[0]), *_of_camera(sight)]
     elif sight.view.screen_to_world is not None:
         made += [*_of_camera(sight), *_of_separation(sight, list(others.values()))]
     made.append(_changed(CORNERS, lambda s: replace(s, middle=0.0)))
@@ -254,6 +284,31 @@ def _of_place(centre: FloatArray) -> Iterator[Change]:
     yield _factor("ROI scale", lambda s, f: moved(f, np.zeros(3), s))
     for axis, way in zip("xyz", np.eye(3), strict=True):
         yield _more(f"ROI offset in {axis}", partial(lambda way, s, d: moved(1.0, d * way, s), way))
+
+
+def _of_quilt(quilt: Quilt) -> Iterator[Change]:
+    """Changes of the numbers that the eyes' places depend on, and of how their views look at the screen."""
+    half = tan(radians(quilt.field_of_view) / 2)
+    yield _factor("view cone", lambda s, f: s.with_quilt(view_cone=f * quilt.view_cone))
+    nearer = "eyes' distance from the screen"
+    yield _factor(nearer, lambda s, f: s.with_quilt(field_of_view=2 * degrees(atan(half / f))))
+    (other,) = (each for each in SPACINGS if each != quilt.spacing)
+    yield _changed(f"spacing '{other}' in place of '{quilt.spacing}'", lambda s: s.with_quilt(spacing=other))
+    yield _changed("views turned to the screen's middle in place of sheared", partial(_unsheared, turned=True))
+    yield _changed("views without shear", partial(_unsheared, turned=False))
+
+
+def _unsheared(sight: Sight, turned: bool) -> Sight:
+    """A quilt's view whose axis goes through its window's middle: turned to the screen's, or straight ahead."""
+    assert sight.quilt is not None
+    quilt, index, _ = sight.quilt
+    lens, cast = sight.view.lens.copy(), np.array(sight.view.cast_from_world, np.float64)
+    lens[2] = sight.view.width / 2
+    if turned:
+        x, z = quilt.eye_x(index), quilt.distance
+        cosine, sine = z / hypot(x, z), x / hypot(x, z)
+        cast = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]]) @ cast
+    return replace(sight, view=with_lens(sight.view, lens, cast))
 
 
 def _of_separation(sight: Sight, others: Sequence[Sight]) -> Iterator[Change]:

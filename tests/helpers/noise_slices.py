@@ -1,4 +1,4 @@
-"""XeGTAO texel by texel, from what its shader computes.
+"""XeGTAO and Bevy's bitmask texel by texel, from what shaders compute.
 
 View space has z away from the eye and y up; rows begin above.
 """
@@ -45,6 +45,13 @@ class Frame:
         row, column = (min(max(math.floor(x), 0), n - 1) for x, n in zip((v, u), self.size, strict=True))
         z = self.depth[row, column]
         return self.point(u, v, z) if z < np.inf else None
+
+    def inverse(self, u, v):
+        """1 / z between the centres of texels, held inside the texture; 1e-12 without a surface."""
+        (top, y), (left, x) = (divmod(each - 0.5, 1.0) for each in (v, u))
+        rows, columns = (np.clip([int(k), int(k) + 1], 0, n - 1) for k, n in zip((top, left), self.size, strict=True))
+        four = np.maximum(1 / self.depth[np.ix_(rows, columns)], 1e-12)
+        return np.array([1 - y, y]) @ four @ np.array([1 - x, x])
 
 
 def unit(v):
@@ -106,3 +113,38 @@ def xegtao(frame, noise, radius, row, column, o):
         for h in (-angle(horizons[1], bits), angle(horizons[0], bits)):
             visibility += drawn * (cosine + 2 * h * math.sin(tilt) - math.cos(2 * h - tilt)) / 4
     return 1 - max(0.03, max(visibility / o["slices"], 0.0) ** o["power"])
+
+
+def polynomial(cosine):
+    size = min(abs(cosine), 1.0)
+    made = (-0.156583 * size + math.pi / 2) * math.sqrt(1.0 - size)
+    return made if cosine >= 0 else math.pi - made
+
+
+def bevy(frame, noise, radius, row, column, near, o):
+    """Occlusion of a texel as of Bevy's visibility bitmask; near: the near plane of its reversed, infinite depth."""
+    n, sectors = frame.normals[row, column], 2 * o["steps"]
+    height, width = frame.size
+    z = near / (near / frame.depth[row, column] + o["nearer"])
+    p = frame.point(column + 0.5, row + 0.5, z)
+    v, hidden = unit(-p), 0
+    scale = 0.5 * radius * (2 * frame.lens[0] / width) / z  # of coordinates from 0 to 1
+    for i in range(o["slices"]):
+        phi = math.pi / o["slices"] * (i + noise[0])
+        d = np.array([math.cos(phi), math.sin(phi), 0.0])
+        axis = np.cross(d, v)
+        part = n - (unit(axis) if o["unit"] else axis) * (n @ (unit(axis) if o["unit"] else axis))
+        tilt = np.sign((d - (d @ v) * v) @ part) * polynomial(min(max(part @ v / np.linalg.norm(part), 0.0), 1.0))
+        bits = 0
+        for k in range(o["steps"]):
+            s = ((k + (noise[1] + (i + k * o["steps"]) * GOLDEN) % 1.0) / o["steps"]) ** 2 * scale
+            x, y = s * math.cos(phi) * width, -s * math.sin(phi) * (width if o["square"] else height)
+            for sign in (1, -1):
+                u, w = column + 0.5 + sign * x, row + 0.5 + sign * y
+                away = frame.point(u, w, 1 / frame.inverse(u, w)) - p
+                ends = [polynomial(unit(each) @ v) / math.pi for each in (away, away - o["thickness"] * radius * v)]
+                ends = sorted(min(max(0.5 - tilt / math.pi + sign * each, 0.0), 1.0) for each in ends)
+                first, count = math.floor(ends[0] * sectors), math.ceil((ends[1] - ends[0]) * sectors)
+                bits |= ((1 << count) - 1) << first
+        hidden += bits.bit_count()
+    return 1 - min(max(1 - hidden / (o["slices"] * sectors), 0.03), 1.0)

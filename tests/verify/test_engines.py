@@ -152,6 +152,10 @@ ENGINES = {
         {"side": 64, "falloff_range": 0.615, "distribution": 2.0, "thin": 0.0, "power": 2.2, "slices": 3, "steps": 3},
         noise=lambda _: noise_slices.hilbert_noise(), given=Own.given[:1], below=False,
     ),
+    "bevy": Own(
+        "bitmask_noise", {}, {"side": 64, "thickness": 0.25 / 0.7285 * R, "slices": 3, "steps": 3},
+        noise=lambda _: noise_slices.hilbert_noise(), given=Own.given[:1], below=False,
+    ),
     "filament-sao": Own(
         "spiral_squares", {},
         {"bias": 0.0005, "intensity": 1.0, "horizon": 0.0, "power": 1.0, "turns": 3.0, "taps": 7, "levels": 4},
@@ -336,6 +340,26 @@ BUGS = {
         "horizon not in the hemisphere": (
             (r"horizon0 = low0, horizon1 = low1", "horizon0 = -1.0, horizon1 = -1.0"), None,
         ),
+    },
+    "bevy": {
+        "noise not tiled": ((r"p\.x % side", "p.x / side % side"), None),
+        "normals inside out": ((r"n = (vec3\(normals.*\));", r"n = -\1;"), "normals with the other sign"),
+        "z of normals turned": (
+            (r", normals\[3 \* texel \+ 2\]", ", -normals[3 * texel + 2]"),
+            "z of normals in view space with the other sign",
+        ),
+        "a larger radius": ((r"-0\.5 \* radius", "-0.5 * 1.457 * radius"), None),
+        "as far up as across": (
+            (r"(vec2\(d\.x, -d\.y\)) \* scale", r"\1 * scale * vec2(1.0, float(size.x) / float(size.y))"),
+            "square true in place of false",
+        ),
+        "not between texels": (
+            (r"d = between\(uv\)", "d = reversed_at(ivec2(floor(uv * vec2(size))))"),
+            "textures read in the nearest texel",
+        ),
+        "steps evenly": ((r"s \* s \* vec2", "s * vec2"), None),
+        "angles not over pi": ((r"v\)\)\) / PI;", "v)));"), "ao of 0 everywhere"),
+        "ends not sorted": ((r"way < 0\.0 \? ends\.yx : ends", "ends"), None),
     },
     "filament-sao": {
         "noise not turning": ((r"\* 2\.4 \* random", "* 0.0 * random"), None),

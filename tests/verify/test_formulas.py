@@ -83,6 +83,10 @@ SHADERS = {
         "taps": [1, 7], "turns": [3.0, 6.5], "bias": [0.0005, 0.01], "intensity": [1.0, 0.3], "horizon": [0.0, 20.0],
         "power": [1.0, 0.5], "max_level": [7, 1], "border": ["open", "clamp"],
     },
+    "bevy-ssao": {
+        "slices": [1, 3], "steps": [1, 3], "thickness": [0.34, 0.05], "nearer": [1e-5, 0.01], "unit": [False, True],
+        "square": [False, True], "border": ["open", "clamp"], "filter": ["nearest", "linear"],
+    },
 }  # fmt: skip
 # Factors of errors that are too small: a root of a cancelled difference is off by far more than renderers mostly are.
 TOO_SMALL = {"vo-area": 0.01}
@@ -214,7 +218,7 @@ def test_no_renderer_of_a_published_shader_leaves_its_bounds(name):
         turns = rng.uniform(-0.7, 0.7, size=(3, view.height, view.width))
         if name == "nvidia-hbao":  # cosine, sine, and a part of a step
             turns = np.concatenate([random_turns(rng, turns.shape[1:]), abs(turns[2:])])
-        if name in ("xegtao", "filament-sao"):  # from 0 to 1
+        if name in ("xegtao", "bevy-ssao", "filament-sao"):  # from 0 to 1
             turns = turns + 0.5
         turns = turns[: 2 + find_estimator(name).vectors].astype(np.float32)
         seen = replace(Buffers.of(gbuffer, view), turns=turns)

@@ -40,6 +40,7 @@ _SHADERS = {
     "nvidia-hbao": "shaders.nvidia_hbao",
     "babylon-ssao2": "shaders.babylon_ssao2",
     "xegtao": "shaders.xegtao",
+    "bevy-ssao": "shaders.bevy",
     "filament-sao": "shaders.filament_sao",
 }
 

@@ -1,4 +1,4 @@
-"""XeGTAO against an evaluation of its own, texel by texel (``helpers/noise_slices``)."""
+"""XeGTAO and Bevy's bitmask against evaluations of their own, texel by texel (``helpers/noise_slices``)."""
 
 import noise_slices
 import numpy as np
@@ -41,3 +41,17 @@ def test_xegtao_is_that_of_its_own_evaluation(changed):
     for row, column in zip(rows[chosen], columns[chosen], strict=True):
         right = noise_slices.xegtao(frame, seen.turns[:, row, column], R, row, column, options)
         assert made[row, column] == pytest.approx(min(max(right, 0.0), 1.0), abs=1e-6), (row, column)
+
+
+@pytest.mark.parametrize("changed", [
+    {}, {"slices": 2, "steps": 5, "thickness": 0.1}, {"unit": True, "square": True, "nearer": 0.01},
+])  # fmt: skip
+def test_bevys_bitmask_is_that_of_its_own_evaluation(changed):
+    cleared = {"border": "clamp", "filter": "linear", "background": "cleared", "cleared": 1e12}
+    seen, options = corner(), full_parameters(find_estimator("bevy-ssao"), {**cleared, **changed})
+    made, frame = estimate("bevy-ssao", seen, R, **options).texture, frame_of(seen)
+    rows, columns = np.nonzero(seen.depth < np.inf)
+    chosen, near = np.random.default_rng(1).choice(len(rows), 60, replace=False), seen.view.lens[4]
+    for row, column in zip(rows[chosen], columns[chosen], strict=True):
+        right = noise_slices.bevy(frame, seen.turns[:, row, column], R, row, column, near, options)
+        assert made[row, column] == pytest.approx(right, abs=1e-6), (row, column)

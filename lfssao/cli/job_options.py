@@ -106,7 +106,7 @@ _AO_OPTIONS: dict[str, dict[str, Any]] = {
 
 
 def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
-    """Add the options of a job to a command, with ``output`` that of the folder."""
+    """Add the options of a job to a command; ``output``: whether its folder is 'out' by default, or none."""
     add = _helped(command.add_argument)
     add("scene", nargs="?", metavar="SCENE")
     add = _helped(command.add_argument_group("scene").add_argument)
@@ -130,10 +130,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add_ao_options(occlusion)
     add("--neighbours", type=values.neighbours, default=0, metavar="K")
     add = _helped(command.add_argument_group("output").add_argument)
-    if output:
-        add("-o", "--output", default="out", metavar="DIR")
-    else:
-        command.set_defaults(output=None)
+    add("-o", "--output", default="out" if output else None, metavar="DIR")
     add("--normals", nargs="?", const="geometric", metavar="KIND")
     add("--layers", type=lambda text: tuple(text.split(",")), metavar="NAME,...")
     add("--png", action="store_true")

@@ -257,8 +257,11 @@ def test_the_file_asks_no_network_and_names_are_text(browser, monkeypatch, tmp_p
 
 def test_the_wheel_holds_what_the_page_is_made_of():
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
-    (held,) = (glob for glob in project["tool"]["setuptools"]["package-data"]["lfssao"] if "rendering/page" in glob)
-    assert {path.suffix for path in Path(lfssao.__file__).parent.glob(held)} == {".html", ".css", ".js", ".frag"}
+    held = [glob for glob in project["tool"]["setuptools"]["package-data"]["lfssao"] if "rendering/page" in glob]
+    found = {path.name for glob in held for path in Path(lfssao.__file__).parent.glob(glob)}
+    assert found == {path.name for path in (Path(lfssao.__file__).parent / "rendering/page").iterdir()
+                     if path.is_file() and path.suffix != ".py"}  # fmt: skip
+    assert {Path(name).suffix for name in found} == {".html", ".css", ".js", ".frag"}
 
 
 @pytest.mark.parametrize(("words", "reason"), [

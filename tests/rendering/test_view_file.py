@@ -150,7 +150,7 @@ def test_a_far_plane_at_infinity(tmp_path, slope):
 ])  # fmt: skip
 def test_a_wrong_value_is_refused_in_a_sentence_with_file_and_key(tmp_path, values, changes, reason):
     path = written(tmp_path, {name: value for name, value in {**values, **changes}.items() if value is not None})
-    with pytest.raises(InputError, match=rf"^{re.escape(f'{path}: {reason}')}.{{,150}}\Z"):
+    with pytest.raises(InputError, match=rf"^{re.escape(f'{path}: {reason}')}.{{,200}}\Z"):
         read_description(path, "", SIZE)
 
 

@@ -456,8 +456,8 @@ def test_a_diagnosis_can_be_left_out(folder, tmp_path, capsys):
     assert main(words) == 2
     more = [line for line in capsys.readouterr().out.splitlines() if line not in silent.splitlines()]
     found = lfssao.compare(tmp_path / "mine", r.folder, layers=["ao_2"]).results[0].diagnosis
-    assert [line.strip() for line in more] == [found.words("module_008")]
-    assert more[0].startswith("  radius x 1.")
+    assert more == [f"diagnosis: {found.words('module_008')}"]
+    assert more[0].startswith("diagnosis: radius x 1.")
 
 
 OTHERWISE = [("display", k) for k in range(3)] + [("camera", 0), ("curved", 0), ("hemisphere", 0), ("remapped", 0)]

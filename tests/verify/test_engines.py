@@ -21,6 +21,7 @@ from lfssao.cli.main import main
 pytestmark = pytest.mark.slow
 SIZE = 96, 72
 R = 0.35  # world units, of the scene corner
+TEXELS = 12 * 2.5  # radius of 12 heights of a texel per unit of depth, by a focal length of 2.5 heights
 
 
 class Engine:
@@ -245,7 +246,7 @@ BUGS = {
     "sascha-willems": HEMISPHERE,
     "threejs-ssao": COMMON | {
         "a larger radius": ((r"c \+ radius", "c + 1.25 * radius"), ("radius", 1.25)),
-        "radius in texels": ((r"c \+ radius", "c + 12.0 / float(size.y) * -c.z"), None),
+        "radius in texels": ((r"c \+ radius", "c + 12.0 / float(size.y) * -c.z"), ("radius in texels", TEXELS)),
         "nearest surfaces hide": ((r"delta > limits\.x", "delta > 0.0"), "min_distance 0 in place of 0.005"),
         "farther surfaces hide": ((r"delta < limits\.y", "delta < 2.0 * limits.y"), ("max_distance", 2.0)),
         "x and y exchanged": (

@@ -19,7 +19,7 @@ from reference import kit, points, volumetric
 import lfssao
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
 from lfssao.ao.kernels import look_up
-from lfssao.cli import estimators
+from lfssao.rendering import settings as settings_module
 from lfssao.rendering.exr import read_exr
 from lfssao.verify.case import described_turns, described_view
 from lfssao.verify.compare.view_case import view_case
@@ -319,7 +319,7 @@ def test_another_answer_to_ties_is_named_where_bits_count(name, monkeypatch, tmp
     change, kind, option = TIES[name]
     k, rng = np.arange(8), np.random.default_rng(1)
     table = np.stack([np.cos(k), np.sin(k), (k > 3) / 2], axis=-1) * np.linspace(0.3, 0.8, 8)[:, None]
-    monkeypatch.setattr(estimators, "make_samples", lambda *_: table)
+    monkeypatch.setattr(settings_module, "make_samples", lambda *_: table)
     boxes = [box(rng.uniform(0.1, 0.25, 3), rng.uniform(-1, 1, 3) * [0.8, 0.5, 0.4]) for _ in range(20)]
     scene = write_mesh(tmp_path / "boxes.obj", np.concatenate([*boxes, box([1, 0.7, 0.01], [0, 0, -0.5])]))
     words = "--estimator", name, "--camera", "--sampling", "latin", "--samples", "8", "--parameter", option

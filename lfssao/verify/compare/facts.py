@@ -1,4 +1,4 @@
-"""What a page says of a comparison: when and by which version, how its reference was rendered, which files it read."""
+"""Facts of a comparison for its page: when and by which version, how its reference was rendered, digests of files."""
 
 import hashlib
 import shlex

@@ -171,8 +171,13 @@ class Report:
         first = self.first_difference
         if first is not None:
             yield f"first that differs: {first.place} ({first.verdict.title})"
-        yield from (f"diagnosis: {cause.words}" for cause in self.causes)
+        yield from (f"diagnosis: {self._words_of(cause)}" for cause in self.causes)
         yield self.outcome
+
+    def _words_of(self, cause: "Cause") -> str:
+        """A cause in a sentence: of one texture alone its diagnosis, which says how many texels it decides."""
+        alone = [r for r in self.results if len(cause.places) == 1 and r.place in cause.places]
+        return next((r.diagnosis.words(r.module) for r in alone if r.diagnosis is not None), cause.words)
 
     def _power_lines(self) -> Iterator[str]:
         """A line a stage that is inside: the module in which that means least."""

@@ -12,7 +12,7 @@ from time import sleep
 import numpy as np
 import pytest
 from compare_folders import LAYERS, MODULES, changed, compare, poke, single, with_a_wrong_code
-from jobs import manifest_of
+from jobs import edit, manifest_of, render
 from PIL import Image
 from selenium.webdriver.common.action_chains import ActionChains, ScrollOrigin
 from selenium.webdriver.common.keys import Keys
@@ -279,6 +279,22 @@ def test_it_says_how_both_were_made_and_which_files_were_read(browser, page, min
     for folder in (mine, reference):
         for path in folder.glob("module_*.exr"):
             assert facts[str(path)] == f"SHA-256 {sha256(path.read_bytes()).hexdigest()}"
+
+
+@pytest.mark.parametrize(("words", "name", "fact"), [
+    (("--camera", "--resolution", "16x12"), "camera", "perspective"),
+    (("--camera", "--stereo", "0.1", "--resolution", "16x12"), "camera", "perspective"),
+    (("--display", "looking-glass-go", "--modules", "3", "--resolution", "8x6"), "display", "looking-glass-go"),
+    (("--display", "near-eye", "--modules", "112", "--resolution", "216x216"), "display", "near-eye"),
+], ids=["camera", "stereo", "quilt", "lenslet"])  # fmt: skip
+def test_it_says_what_views_are_of(tmp_path, words, name, fact):
+    folder = render(tmp_path / "out", "statue", *words, "--radii", "5%", "--samples", "2")
+    facts = dict(lfssao.compare(folder, folder, page=True).facts)
+    assert facts[name] == fact
+    assert ("camera" in facts) != ("display" in facts)
+    edit(folder, "sampling", value=5)
+    with pytest.raises(InputError, match="its manifest is not what 'lfssao render' writes"):
+        lfssao.compare(folder, folder, page=True)
 
 
 def test_failures_alone_are_shown_on_demand(browser, page):

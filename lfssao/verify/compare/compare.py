@@ -13,6 +13,7 @@ from lfssao.core.arguments import as_number
 from lfssao.core.memory import check_available
 from lfssao.core.threads import ahead
 from lfssao.errors import InputError, check_type, no_such, shown
+from lfssao.rendering.folder import reading_manifest
 from lfssao.verify.bounds.error_model import OF_KITS, find_model
 from lfssao.verify.bounds.registry import has_bounds
 from lfssao.verify.bounds.stored import LINEAR
@@ -378,7 +379,8 @@ class Comparison:
     def _facts(self) -> Facts:
         """Facts of the page. The digests are of files that hold a module that was asked for."""
         mine = [file.path for name in self.modules for file in self._mine.files[name]]
-        return facts_of(self._reference.manifest, [*mine, *(self._reference.files[name] for name in self.modules)])
+        with reading_manifest(self._reference.path):
+            return facts_of(self._reference.manifest, [*mine, *(self._reference.files[name] for name in self.modules)])
 
 
 def _kept(exact: bool) -> "Textures":

@@ -3,6 +3,7 @@
 import hashlib
 import shlex
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -20,23 +21,23 @@ def facts_of(manifest: Mapping[str, Any] | None, files: Iterable[Path]) -> Facts
     now = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     found = {"compared": f"{now}, by lfssao {__version__}", **_of_reference(manifest or {})}
     facts = [(name, words) for name, words in found.items() if words]
-    for path in dict.fromkeys(files):
-        if path.is_file():
-            with path.open("rb") as file:
-                facts.append((str(path), f"SHA-256 {hashlib.file_digest(file, 'sha256').hexdigest()}"))
+    for path in filter(Path.is_file, dict.fromkeys(files)):
+        with suppress(OSError), path.open("rb") as file:
+            facts.append((str(path), f"SHA-256 {hashlib.file_digest(file, 'sha256').hexdigest()}"))
     return tuple(facts)
 
 
 def _of_reference(manifest: Mapping[str, Any]) -> dict[str, str]:
     machine, settings, sampling = (manifest.get(key) or {} for key in ("machine", "settings", "sampling"))
-    place = manifest.get("display") or manifest.get("quilt") or manifest.get("camera") or {}
+    views = [manifest[kind]["name"] for kind in ("display", "quilt", "lenslet") if manifest.get(kind)]
     radii = ", ".join(f"{radius:.6g}" for radius in settings.get("radii", ()))
     words = (str(sampling[key]) for key in ("count", "method") if key in sampling)
     return {
         "reference": f"rendered by lfssao {machine['lfssao']}" if "lfssao" in machine else "",
         "command": shlex.join(map(str, machine.get("command") or ())),
         "scene": str((manifest.get("scene") or {}).get("name", "")),
-        "display": str(place.get("name") or place.get("projection") or ""),
+        "display": str(views[0] if views else ""),
+        "camera": str(manifest.get("camera") or ""),
         "estimator": str(settings.get("estimator", "")),
         "radii": radii and f"{radii} world units",
         "samples": " ".join(words) + (f", seed {sampling['seed']}" if "seed" in sampling else ""),

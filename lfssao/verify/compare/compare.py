@@ -13,14 +13,13 @@ from lfssao.core.arguments import as_number
 from lfssao.core.memory import check_available
 from lfssao.core.threads import ahead
 from lfssao.errors import InputError, check_type, no_such, shown
-from lfssao.rendering.folder import reading_manifest
 from lfssao.verify.bounds.error_model import OF_KITS, find_model
 from lfssao.verify.bounds.registry import has_bounds
 from lfssao.verify.bounds.stored import LINEAR
 from lfssao.verify.case import VIEW, Array, Arrays, Case
 from lfssao.verify.compare.agreement import parts_of
 from lfssao.verify.compare.background import with_background, without_background
-from lfssao.verify.compare.facts import Facts, facts_of
+from lfssao.verify.compare.facts import facts_of
 from lfssao.verify.compare.files import Files
 from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, group_of, is_asked, without_intervals
 from lfssao.verify.compare.linear import check_camera, with_distances
@@ -373,14 +372,8 @@ class Comparison:
             notes=tuple(notes),
             panels=self._panels,
             textures=self._textures,
-            facts=() if self._textures is None else self._facts(),
+            facts=() if self._textures is None else facts_of(self._mine, self._reference, self.modules),
         )
-
-    def _facts(self) -> Facts:
-        """Facts of the page. The digests are of files that hold a module that was asked for."""
-        mine = [file.path for name in self.modules for file in self._mine.files[name]]
-        with reading_manifest(self._reference.path):
-            return facts_of(self._reference.manifest, [*mine, *(self._reference.files[name] for name in self.modules)])
 
 
 def _kept(exact: bool) -> "Textures":

@@ -2,26 +2,31 @@
 
 import hashlib
 import shlex
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from lfssao import __version__
+from lfssao.rendering.folder import reading_manifest
+from lfssao.verify.compare.source import Mine, Reference
 
 Facts = tuple[tuple[str, str], ...]
 
 
-def facts_of(manifest: Mapping[str, Any] | None, files: Iterable[Path]) -> Facts:
+def facts_of(mine: Mine, reference: Reference, modules: Sequence[str]) -> Facts:
     """Names and words in the order in which they are shown; of a reference without a manifest few are known.
 
-    Each file that can be read has its SHA-256. A manifest may lack anything but what ``compare`` has asked it for.
+    Each file of these modules that can be read has its SHA-256. A manifest may lack anything but what ``compare`` has
+    asked it for; InputError if it holds what 'lfssao render' does not write.
     """
     now = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-    found = {"compared": f"{now}, by lfssao {__version__}", **_of_reference(manifest or {})}
+    with reading_manifest(reference.path):
+        found = {"compared": f"{now}, by lfssao {__version__}", **_of_reference(reference.manifest or {})}
     facts = [(name, words) for name, words in found.items() if words]
-    for path in filter(Path.is_file, dict.fromkeys(files)):
+    own = [file.path for name in modules for file in mine.files[name]]
+    for path in filter(Path.is_file, dict.fromkeys([*own, *(reference.files[name] for name in modules)])):
         with suppress(OSError), path.open("rb") as file:
             facts.append((str(path), f"SHA-256 {hashlib.file_digest(file, 'sha256').hexdigest()}"))
     return tuple(facts)

@@ -1,10 +1,10 @@
 """Displays of all kinds as TOML files: the presets, which are such files themselves, and those of users."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from lfssao.core.elementary import sincospi
 from lfssao.core.files import read_text
@@ -15,6 +15,7 @@ from lfssao.optics.quilt import MOST_VIEWS, Quilt
 from lfssao.optics.view import finite_numbers
 
 ViewSet = Quilt | LensletDisplay  # cameras' views that show a scene together, each by Algorithm 1
+Views = TypeVar("Views", Quilt, LensletDisplay)
 KINDS = "modules", "quilt", "lenslet"  # of displays in files
 
 _MISSING = object()
@@ -117,46 +118,31 @@ def parse_display(text: str, origin: str) -> Display | ViewSet:
 
 
 def _quilt(root: "Table") -> Quilt:
-    roi = root.table("roi")
-    width, height = root.resolution()
-    quilt = Quilt(
-        name=root.text("name"),
-        columns=root.whole("columns", MOST_VIEWS),
-        rows=root.whole("rows", MOST_VIEWS),
-        width=width,
-        height=height,
-        aspect=root.numbers("aspect"),
-        screen_height=root.numbers("screen_height"),
-        field_of_view=root.numbers("field_of_view"),
-        view_cone=root.numbers("view_cone"),
-        roi=(roi.numbers("min", 3), roi.numbers("max", 3)),
-        spacing=root.text("spacing", "ends"),
-    )
-    root.refuse_rest()
-    roi.refuse_rest()
-    return quilt
+    numbers = "aspect", "screen_height", "field_of_view", "view_cone"
+    counts = {key: root.whole(key, MOST_VIEWS) for key in ("columns", "rows")}
+    return _view_set(Quilt, root, numbers, **counts, spacing=root.text("spacing", "ends"))
 
 
 def _lenslet(root: "Table") -> LensletDisplay:
+    numbers = "panel_width", "panel_height", "lens_pitch", "image_pitch", "gap", "focal_length", "observer_distance"
+    return _view_set(LensletDisplay, root, numbers, middle=root.text("middle", "lens"))
+
+
+def _view_set(made: Callable[..., Views], root: "Table", numbers: Sequence[str], **more: Any) -> Views:
+    """Views of a display that the root table describes, by what all kinds have, numbers, and ``more``."""
     roi = root.table("roi")
     width, height = root.resolution()
-    display = LensletDisplay(
+    views = made(
         name=root.text("name"),
         width=width,
         height=height,
-        panel_width=root.numbers("panel_width"),
-        panel_height=root.numbers("panel_height"),
-        lens_pitch=root.numbers("lens_pitch"),
-        image_pitch=root.numbers("image_pitch"),
-        gap=root.numbers("gap"),
-        focal_length=root.numbers("focal_length"),
-        observer_distance=root.numbers("observer_distance"),
         roi=(roi.numbers("min", 3), roi.numbers("max", 3)),
-        middle=root.text("middle", "lens"),
+        **{key: root.numbers(key) for key in numbers},
+        **more,
     )
     root.refuse_rest()
     roi.refuse_rest()
-    return display
+    return views
 
 
 def set_of(values: Mapping[str, Any]) -> ViewSet | None:

@@ -20,6 +20,8 @@ def test_this_machine_has_the_bits(tmp_path, capsys):
     told = json.loads((tmp_path / "a.json").read_text())
     assert told["other"] == []
     assert told["digests"] == check.expected_digests()
+    assert main(["check", "--json", "-"]) == 0
+    assert json.loads(capsys.readouterr().out) == told
 
 
 def test_one_ulp_of_one_texel_is_other_bits(monkeypatch, capsys):

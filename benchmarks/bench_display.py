@@ -45,7 +45,7 @@ from lfssao import (
     module_views,
     render_view,
 )
-from lfssao.rendering.exr import read_exr
+from lfssao.files.exr import read_exr
 from lfssao.rendering.manifest import describe_machine
 
 DISPLAY, MODULES = "c80", 80

@@ -18,8 +18,8 @@ import numpy as np
 
 import lfssao
 from lfssao.cli.main import main as run
+from lfssao.files.exr import read_exr, write_exr
 from lfssao.optics.display import Display
-from lfssao.rendering.exr import read_exr, write_exr
 from lfssao.rendering.manifest import describe_machine
 from lfssao.samples import texel_turns
 

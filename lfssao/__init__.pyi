@@ -8,6 +8,7 @@ from .ao.post import blur, merge, shade
 from .ao.ssao import Occlusion, algorithm1, algorithm2
 from .ao.textures import Buffers
 from .errors import InputError, InputWarning, LfssaoError, MissingPackageError
+from .files.exr import Part, read_exr, write_exr
 from .gbuffer.caster import GBuffer, RayCaster
 from .optics.camera import Camera
 from .optics.display import Display, Module, fit_roi
@@ -15,7 +16,6 @@ from .optics.display_file import display_names, display_text, find_display, find
 from .optics.lenslet import LensletDisplay
 from .optics.quilt import Quilt
 from .optics.view import View, WorldToImage
-from .rendering.exr import Part, read_exr, write_exr
 from .rendering.page.page import eye_page
 from .rendering.passes import Rendered, Textures, render, render_view
 from .rendering.settings import Settings, default_radii

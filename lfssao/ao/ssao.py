@@ -10,8 +10,8 @@ from lfssao.ao.kernels import ssao
 from lfssao.ao.textures import Texture, check_fit, check_texture, check_turns
 from lfssao.core.affine import Matrix
 from lfssao.core.arguments import as_number, as_numbers
-from lfssao.core.pictures import row_png, visibility_codes
 from lfssao.errors import InputError, check_type, shown
+from lfssao.files.pictures import row_png, visibility_codes
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import WorldToImage, finite_numbers
 from lfssao.summary import Arrayed, Summary, size_of

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from lfssao.cli import values
 from lfssao.cli.terminal import printable, progress, working
-from lfssao.core.files import write_text, write_whole
 from lfssao.errors import InputError, errors_of
+from lfssao.files.whole import write_text, write_whole
 from lfssao.rendering.points import Texture, Values
 from lfssao.verify.agree.measure import LIMIT, Disagreement, Shared, disagreement, share_points
 from lfssao.verify.agree.split import Alike, Split, estimated, has_seed, other_samples, split

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from lfssao.cli import values
 from lfssao.cli.job_options import add_ao_options, ao_settings
 from lfssao.cli.terminal import printable, working
-from lfssao.core.files import check_folder, output_folder
-from lfssao.core.srgb import decode
 from lfssao.errors import InputError, check_choice, errors_of
+from lfssao.files.exr import write_exr
+from lfssao.files.image_file import ImagePart, Margins, Size, guard_of, read_image_file
+from lfssao.files.srgb import decode
+from lfssao.files.whole import check_folder, output_folder
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.rendering.conversion import buffers_of
 from lfssao.rendering.decoding import Single, upright
-from lfssao.rendering.exr import write_exr
-from lfssao.rendering.image_file import ImagePart, Margins, Size, guard_of, read_image_file
 from lfssao.rendering.manifest import FORMAT, describe_machine, describe_settings
 from lfssao.rendering.output import entry_of, exr_parts, write_manifest
 from lfssao.rendering.passes import finish_view

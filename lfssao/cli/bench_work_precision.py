@@ -11,8 +11,8 @@ from lfssao.bench.work_precision.advise import read_result
 from lfssao.bench.work_precision.settings import FULL, QUICK, SCENES
 from lfssao.cli import values
 from lfssao.cli.terminal import progress, working
-from lfssao.core.files import check_folder, output_folder, write_text
 from lfssao.errors import InputError
+from lfssao.files.whole import check_folder, output_folder, write_text
 from lfssao.scene.builtin import find_scene
 
 FOLDER = Path("work-precision")

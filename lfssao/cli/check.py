@@ -6,7 +6,7 @@ from pathlib import Path
 
 from lfssao.cli import values
 from lfssao.cli.terminal import BROKEN, progress
-from lfssao.core.files import write_text
+from lfssao.files.whole import write_text
 from lfssao.rendering.manifest import describe_machine
 from lfssao.verify.check import expected_digests, found_digests
 

@@ -13,9 +13,10 @@ from lfssao.ao.estimators.published import find_published, published_names, publ
 from lfssao.ao.estimators.registry import ESTIMATORS, check_samples, find_estimator, full_parameters
 from lfssao.cli import values
 from lfssao.errors import InputError, errors_of
-from lfssao.rendering.image_file import ENDINGS, Size, read_noise
+from lfssao.files.image_file import ENDINGS, Size
 from lfssao.rendering.settings import drawn_samples
 from lfssao.samples.formats import read_points
+from lfssao.samples.noise_file import read_noise
 
 TEMPLATES = "sum", "fold"
 

@@ -14,8 +14,9 @@ from lfssao.ao.estimators.registry import find_estimator
 from lfssao.cli import estimators, values
 from lfssao.cli.terminal import say
 from lfssao.cli.values import MOST_BLUR, MOST_SAMPLES
-from lfssao.core.files import check_folder
 from lfssao.errors import InputError, check_choice, errors_of, no_such
+from lfssao.files.image_file import Size
+from lfssao.files.whole import check_folder
 from lfssao.optics.camera import PROJECTIONS, Camera
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import ViewSet, find_views
@@ -24,7 +25,6 @@ from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import MOST_GUARD, View, check_positions
 from lfssao.rendering import doubts, manifest
 from lfssao.rendering.animation import frame_bounds, read_transforms, swept_bounds, turntable
-from lfssao.rendering.image_file import Size
 from lfssao.rendering.job import Job
 from lfssao.rendering.run import check_memory
 from lfssao.rendering.settings import LAYERS, Settings, default_radii, diagonal

@@ -10,8 +10,8 @@ from typing import Any
 from lfssao.cli import values
 from lfssao.cli.terminal import BROKEN, printable, say, working
 from lfssao.cli.values import MOST_SAMPLES, PICTURES, check_target
-from lfssao.core.files import write_whole
 from lfssao.errors import InputError, check_choice, errors_of
+from lfssao.files.whole import write_whole
 from lfssao.samples import METHODS, sample_set
 from lfssao.samples.formats import FORMATS, read_sets, read_stream
 from lfssao.samples.properties import ALARM, PROMISES, as_table, check_promise

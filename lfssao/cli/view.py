@@ -13,9 +13,9 @@ from PIL import Image
 
 from lfssao.cli.terminal import printable, progress, say, working
 from lfssao.cli.values import check_target, finite, module_range, positive, whole
-from lfssao.core.files import write_whole
-from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError, check_choice
+from lfssao.files.srgb import to_codes
+from lfssao.files.whole import write_whole
 from lfssao.optics.display import Display
 from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.quilt import Quilt

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from lfssao.core import pictures
 from lfssao.core.affine import Matrix, transform_points
 from lfssao.core.threads import check_threads, in_chunks
 from lfssao.errors import InputError, check_type, shown
+from lfssao.files import pictures
 from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.embree import build_scene, embree_installed, require_embree

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from lfssao.core.affine import Matrix
 from lfssao.core.arguments import as_number, as_numbers, check_whole
-from lfssao.core.pictures import figure_png
 from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
+from lfssao.files.pictures import figure_png
 from lfssao.optics import lens as optics
 from lfssao.optics.kernels import display as kernels
 from lfssao.optics.kernels import projection as mapping

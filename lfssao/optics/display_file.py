@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from lfssao.core.elementary import sincospi
-from lfssao.core.files import read_text
 from lfssao.errors import InputError, check_choice, check_type, errors_of, no_such
+from lfssao.files.whole import read_text
 from lfssao.optics.display import Display, Module
 from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.quilt import MOST_VIEWS, Quilt

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from lfssao.core.files import write_whole
 from lfssao.errors import InputError
+from lfssao.files.whole import write_whole
 from lfssao.optics.display import Display
 
 _FORMATS = (".png", ".svg", ".pdf")

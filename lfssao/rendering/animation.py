@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from lfssao.core.affine import Matrix, cofactors, determinant, transform_points
 from lfssao.core.elementary import sincospi
-from lfssao.core.files import read_json
-from lfssao.core.npy import read_npy
 from lfssao.errors import InputError, errors_of
+from lfssao.files.npy import read_npy
+from lfssao.files.whole import read_json
 from lfssao.scene.mesh import Mesh
 
 MOST_FRAMES = 10_000

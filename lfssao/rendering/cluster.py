@@ -9,8 +9,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from lfssao.core.files import read_json
 from lfssao.errors import InputError, MissingPackageError
+from lfssao.files.whole import read_json
 
 _SECONDS_TO_ANSWER = 10
 

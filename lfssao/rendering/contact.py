@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from lfssao.core.files import write_whole
-from lfssao.core.pictures import Codes, light_codes
-from lfssao.core.srgb import to_codes
+from lfssao.files.pictures import Codes, light_codes
+from lfssao.files.srgb import to_codes
+from lfssao.files.whole import write_whole
 
 FloatTexture = NDArray[np.float32]
 

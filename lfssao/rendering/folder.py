@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.files import read_json
 from lfssao.errors import InputError, errors_of
+from lfssao.files.exr import read_exr, use_one_thread_a_file
+from lfssao.files.whole import read_json
 from lfssao.optics.display import Display, Module
 from lfssao.optics.display_file import ViewSet, set_of
 from lfssao.optics.view import without_guard
-from lfssao.rendering.exr import read_exr, use_one_thread_a_file
 from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
 from lfssao.rendering.views import chosen_modules
 

@@ -19,18 +19,18 @@ from PIL.Image import Image, fromarray
 
 from lfssao import __version__
 from lfssao.core.affine import sum_in_order
-from lfssao.core.files import remove_leftovers, write_text, write_whole
-from lfssao.core.npy import write_npy
-from lfssao.core.pictures import image_png
-from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
+from lfssao.files.exr import Part, is_sealed, read_exr, write_exr
+from lfssao.files.npy import write_npy
+from lfssao.files.pictures import image_png
+from lfssao.files.srgb import to_codes
+from lfssao.files.whole import remove_leftovers, write_text, write_whole
 from lfssao.optics.display_file import set_of
 from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import View, without_guard
 from lfssao.rendering import doubts, plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip, white, with_ao
-from lfssao.rendering.exr import Part, is_sealed, read_exr, write_exr
 from lfssao.rendering.folder import display_of, fill
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.manifest import FORMAT, MANIFEST, NOISE, describe_view, digest, name_of_noise

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from lfssao.core.memory import check_available
+from lfssao.files.exr import Part, read_exr, use_one_thread_a_file, write_exr
 from lfssao.optics.lenslet import LensletDisplay
-from lfssao.rendering.exr import Part, read_exr, use_one_thread_a_file, write_exr
 from lfssao.rendering.folder import read_layers
 
 PANEL = "panel.exr"

@@ -15,15 +15,15 @@ from lfssao.ao.estimators.registry import estimate_radii
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Neighbour
 from lfssao.core.arguments import as_whole
-from lfssao.core.files import write_whole
-from lfssao.core.pictures import image_png
 from lfssao.errors import InputError, check_type, shown
+from lfssao.files.exr import write_exr
+from lfssao.files.pictures import image_png
+from lfssao.files.whole import write_whole
 from lfssao.gbuffer.caster import GBuffer, RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import ViewSet, find_views
 from lfssao.optics.view import View, seen_rows, without_guard
 from lfssao.rendering import contact, doubts
-from lfssao.rendering.exr import write_exr
 from lfssao.rendering.neighbours import DepthCache, textures_kept
 from lfssao.rendering.settings import Settings, settings_of
 from lfssao.rendering.views import module_views, neighbour_views

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from lfssao.core.files import write_whole
 from lfssao.core.memory import check_available
-from lfssao.core.srgb import to_codes
+from lfssao.files.srgb import to_codes
+from lfssao.files.whole import write_whole
 from lfssao.rendering.folder import read_layer
 
 

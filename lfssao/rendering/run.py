@@ -16,15 +16,15 @@ from lfssao import __version__
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.ao.textures import Neighbour
 from lfssao.core.arguments import MOST_TEXELS
-from lfssao.core.files import output_folder
 from lfssao.core.memory import available_memory, check_available
 from lfssao.core.threads import kernel_threads
 from lfssao.errors import InputError
+from lfssao.files.exr import use_one_thread_a_file
+from lfssao.files.whole import output_folder
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.rendering import output
 from lfssao.rendering.animation import moved
 from lfssao.rendering.contact import write_animation
-from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.neighbours import DepthCache, textures_kept
 from lfssao.rendering.passes import Textures, render_view

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from lfssao.core.affine import Matrix, multiply, to_4x4
 from lfssao.core.arguments import check_whole
-from lfssao.core.files import read_json, read_text
 from lfssao.errors import InputError, check_choice, errors_of
+from lfssao.files.whole import read_json, read_text
 from lfssao.optics.camera import view_of_matrix
 from lfssao.optics.display import PHYSICAL_Z
 from lfssao.optics.display_file import find_display, parse_toml

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core import pictures
 from lfssao.core.affine import Matrix, multiply, to_4x4
 from lfssao.core.arguments import MOST_TEXELS, as_number, as_numbers, as_whole, check_whole
 from lfssao.core.memory import check_available
 from lfssao.errors import InputError, check_choice, shown
+from lfssao.files import pictures
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import ViewSet, find_display
 from lfssao.optics.kernels import display as display_kernels

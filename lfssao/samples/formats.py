@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from lfssao.core.files import read_json, read_text
-from lfssao.core.npy import read_npy
 from lfssao.errors import InputError, check_choice
+from lfssao.files.npy import read_npy
+from lfssao.files.whole import read_json, read_text
 from lfssao.samples.sets import FloatArray, SampleSet
 
 _SHADERS = (".glsl", ".frag", ".hlsl", ".h")

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.pictures import figure_png
 from lfssao.errors import InputError
+from lfssao.files.pictures import figure_png
 from lfssao.summary import Arrayed, Summary
 
 FloatArray = NDArray[np.float64]

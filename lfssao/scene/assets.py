@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from lfssao.core.files import check_file
 from lfssao.core.memory import check_expansion
 from lfssao.errors import InputError
+from lfssao.files.whole import check_file
 
 _NOT_IMAGES = (".mtl", ".bin")
 Decoded = TypeVar("Decoded")

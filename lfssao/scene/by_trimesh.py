@@ -11,8 +11,8 @@ from trimesh.exchange.load import mesh_loaders
 from trimesh.visual.color import to_rgba
 from trimesh.visual.material import empty_material
 
-from lfssao.core.srgb import to_linear
 from lfssao.errors import InputError
+from lfssao.files.srgb import to_linear
 from lfssao.scene.assets import Assets, reason_of
 from lfssao.scene.images import texture
 from lfssao.scene.part import NO_COORDINATES, Part

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from lfssao.core.files import check_file
 from lfssao.core.memory import check_expansion
-from lfssao.core.srgb import decode, to_linear
 from lfssao.errors import InputError
+from lfssao.files.srgb import decode, to_linear
+from lfssao.files.whole import check_file
 from lfssao.scene.assets import bytes_of, reason_of
 
 _BYTE = 255  # the largest number of 8 bits

@@ -4,8 +4,8 @@ import warnings
 from collections.abc import Callable
 from pathlib import Path
 
-from lfssao.core.files import check_file
 from lfssao.errors import InputError, check_type
+from lfssao.files.whole import check_file
 from lfssao.scene.assets import Assets, reason_of
 from lfssao.scene.by_trimesh import read_by_trimesh, take_scene
 from lfssao.scene.gltf import read_gltf

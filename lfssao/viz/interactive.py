@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from lfssao.core.pictures import figure_png
 from lfssao.errors import InputError, MissingPackageError
+from lfssao.files.pictures import figure_png
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display

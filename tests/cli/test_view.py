@@ -10,9 +10,9 @@ from PIL import Image
 
 from lfssao import LightField, eye_range, find_display
 from lfssao.cli.main import main
-from lfssao.core.srgb import to_codes
+from lfssao.files.exr import read_exr, write_exr
+from lfssao.files.srgb import to_codes
 from lfssao.rendering import folder as folder_module
-from lfssao.rendering.exr import read_exr, write_exr
 from lfssao.rendering.folder import read_layer
 
 WORDS = ["statue", "--resolution", "64x38", "--radii", "5%", "--samples", "4", "--guard", "3"]

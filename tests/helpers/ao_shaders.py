@@ -13,7 +13,7 @@ from reference import dither
 from reference.scalable import turns_of
 
 import lfssao
-from lfssao.rendering.exr import read_exr
+from lfssao.files.exr import read_exr
 
 SHADERS = Path(__file__).resolve().parents[1] / "glsl"
 GROUP = 8

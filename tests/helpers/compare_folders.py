@@ -10,7 +10,7 @@ from exr_parts import write_parts
 from jobs import edit, render
 
 from lfssao.cli.main import main
-from lfssao.rendering.exr import read_exr, write_exr
+from lfssao.files.exr import read_exr, write_exr
 from lfssao.verify.verdict import Verdict
 
 COMMAND = ["statue", "--display", "sample-a", "--modules", "3:6", "--resolution", "48x32",

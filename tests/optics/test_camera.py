@@ -10,8 +10,8 @@ from jobs import manifest_of, render, sentence
 
 from lfssao import Camera, InputError
 from lfssao.cli.main import main
+from lfssao.files.exr import read_exr
 from lfssao.optics.kernels import rays
-from lfssao.rendering.exr import read_exr
 from lfssao.testing import cameras
 
 

@@ -15,10 +15,10 @@ from PIL import Image, ImageSequence
 
 from lfssao.cli.main import main
 from lfssao.errors import InputError
+from lfssao.files.exr import read_exr
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display_file import find_display
 from lfssao.rendering.animation import MOST_FRAMES, frame_bounds, moved, read_transforms, swept_bounds, turntable
-from lfssao.rendering.exr import read_exr
 from lfssao.rendering.job import Job
 from lfssao.rendering.passes import render_view
 from lfssao.rendering.run import Renderer

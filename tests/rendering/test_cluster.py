@@ -22,8 +22,8 @@ import pytest
 from jobs import digests_of, python, render
 
 import lfssao
-from lfssao.core.files import _namespace
 from lfssao.errors import InputError
+from lfssao.files.whole import _namespace
 from lfssao.optics.display_file import find_display
 from lfssao.rendering import output
 from lfssao.rendering.cluster import executor_of

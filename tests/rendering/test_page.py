@@ -19,7 +19,7 @@ from selenium.webdriver.support.wait import WebDriverWait
 import lfssao
 from lfssao import InputError, LightField, eye_point, eye_range, find_display
 from lfssao.cli.main import main
-from lfssao.core.srgb import to_codes
+from lfssao.files.srgb import to_codes
 from lfssao.rendering.page import page as made
 from lfssao.rendering.page.page import eye_page
 

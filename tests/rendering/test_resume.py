@@ -19,9 +19,9 @@ from exr_parts import read_parts, write_parts
 from jobs import NEEDS_EMBREE, digests_of, manifest_of, render, sentence
 
 import lfssao
-from lfssao.core.files import _namespace, remove_leftovers
 from lfssao.errors import InputError
-from lfssao.rendering.exr import Part, write_exr
+from lfssao.files.exr import Part, write_exr
+from lfssao.files.whole import _namespace, remove_leftovers
 
 COUNT = 6
 COMMAND = ["ammonite", "--display", "sample-a", "--modules", f"3:{3 + COUNT}", "--resolution", "64x48",

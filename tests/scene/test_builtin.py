@@ -9,7 +9,7 @@ from jobs import manifest_of, python, render
 
 import lfssao
 from lfssao.errors import InputError
-from lfssao.rendering.exr import read_exr
+from lfssao.files.exr import read_exr
 from lfssao.scene.builtin import BUILTIN, builtin_scene
 
 MAKE = Path(__file__).resolve().parents[2] / "benchmarks" / "scenes" / "make.py"

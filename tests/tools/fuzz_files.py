@@ -24,12 +24,12 @@ from lfssao.cli.job_options import add_options, job_of
 from lfssao.cli.main import main
 from lfssao.cli.terminal import BAD_INPUT, NOT_COMPARED
 from lfssao.errors import InputError
+from lfssao.files.exr import read_exr, write_exr
+from lfssao.files.image_file import read_image_file
 from lfssao.optics.camera import Camera
 from lfssao.optics.display_file import ViewSet, display_text, find_views
 from lfssao.optics.view import KINDS
 from lfssao.rendering.animation import frame_bounds, read_transforms
-from lfssao.rendering.exr import read_exr, write_exr
-from lfssao.rendering.image_file import read_image_file
 from lfssao.rendering.job import Job
 from lfssao.rendering.run import recover
 from lfssao.rendering.views import module_views

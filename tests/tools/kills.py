@@ -19,7 +19,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from lfssao.rendering.exr import read_exr
+from lfssao.files.exr import read_exr
 
 MODULES = 6
 JOB = f"ammonite --display sample-a --modules 3:{3 + MODULES} --resolution 320x240 --radii 0.05,0.1 --threads 2 -o"

@@ -21,7 +21,7 @@ import numpy as np
 import repulsion
 from numpy.typing import NDArray
 
-from lfssao.core.files import write_whole
+from lfssao.files.whole import write_whole
 
 FloatArray = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from jobs import manifest_of, render
 from planted_bugs import Renderer, moved, turned, turns_of
 
 import lfssao
-from lfssao.rendering.exr import read_exr, write_exr
+from lfssao.files.exr import read_exr, write_exr
 
 WIDTH, HEIGHT = 32, 24
 SIZE = "--resolution", f"{WIDTH}x{HEIGHT}", "--radii", "4%,7%"

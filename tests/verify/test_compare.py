@@ -24,8 +24,8 @@ from jobs import manifest_of, python, render
 import lfssao
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.errors import InputError
+from lfssao.files.exr import Part, read_exr, write_exr
 from lfssao.optics.view import KINDS, WorldToImage
-from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.samples import texel_turns
 from lfssao.verify.bounds import bounds, post, ssao
 from lfssao.verify.bounds.registry import BOUNDED

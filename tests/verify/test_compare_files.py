@@ -5,7 +5,7 @@ import pytest
 from compare_folders import LAYERS, MODULES, changed, compare, different, single, write_image
 
 import lfssao
-from lfssao.rendering.exr import Part, read_exr, write_exr
+from lfssao.files.exr import Part, read_exr, write_exr
 from lfssao.verify.verdict import Verdict
 
 

@@ -13,7 +13,7 @@ from exr_parts import write_parts
 from PIL import Image
 
 import lfssao
-from lfssao.rendering.exr import Part, read_exr, write_exr
+from lfssao.files.exr import Part, read_exr, write_exr
 from lfssao.verify.verdict import Verdict
 
 

@@ -9,7 +9,7 @@ from compare_folders import changed, different, remade, without_scene
 from jobs import edit, manifest_of, render
 
 import lfssao
-from lfssao.rendering.exr import read_exr, write_exr
+from lfssao.files.exr import read_exr, write_exr
 from lfssao.rendering.manifest import view_of
 from lfssao.verify.diagnosis.estimated import _padded
 from lfssao.verify.verdict import Verdict

@@ -13,7 +13,7 @@ from jobs import render
 from PIL import Image
 
 import lfssao
-from lfssao.rendering.exr import Part, read_exr, write_exr
+from lfssao.files.exr import Part, read_exr, write_exr
 from lfssao.verify.compare.picture import Panels
 from lfssao.verify.verdict import Verdict
 

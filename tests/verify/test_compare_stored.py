@@ -13,8 +13,8 @@ import lfssao
 from lfssao import Camera, builtin_scene, module_views
 from lfssao.ao.post import blur_weights
 from lfssao.ao.ssao import algorithm1, algorithm2
+from lfssao.files.exr import Part, read_exr, write_exr
 from lfssao.optics.view import KINDS, WorldToImage
-from lfssao.rendering.exr import Part, read_exr, write_exr
 from lfssao.samples import texel_turns
 from lfssao.verify.bounds.bounds import Bounds, exactly
 from lfssao.verify.bounds.error_model import MODELS

@@ -13,7 +13,7 @@ from planted_bugs import Renderer, moved, turned, turns_of
 
 import lfssao
 from lfssao.cli.main import main
-from lfssao.rendering.exr import read_exr
+from lfssao.files.exr import read_exr
 from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.compare.source import Reference

@@ -12,7 +12,7 @@ from jobs import manifest_of, render
 from planted_displays import DisplayRenderer, Planted, boxes, write_mesh
 
 import lfssao
-from lfssao.rendering.exr import read_exr, write_exr
+from lfssao.files.exr import read_exr, write_exr
 from lfssao.verify.verdict import Verdict
 
 SIZE = 128, 96

@@ -8,7 +8,7 @@ from compare_folders import changed, remade
 from jobs import manifest_of, render
 
 import lfssao
-from lfssao.rendering.exr import read_exr
+from lfssao.files.exr import read_exr
 from lfssao.samples import texel_turns
 from lfssao.verify.case import described_turns, described_view
 from lfssao.verify.compare.view_case import view_case

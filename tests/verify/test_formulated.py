@@ -19,8 +19,8 @@ from reference import kit, points, volumetric
 import lfssao
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
 from lfssao.ao.kernels import look_up
+from lfssao.files.exr import read_exr
 from lfssao.rendering import settings as settings_module
-from lfssao.rendering.exr import read_exr
 from lfssao.verify.case import described_turns, described_view
 from lfssao.verify.compare.view_case import view_case
 from lfssao.verify.diagnosis.formulated import Formulated

@@ -14,7 +14,7 @@ from reference.kit import read_case as read_arrays
 from reference.kit import solve as solve_by_text
 
 from lfssao.cli.main import main
-from lfssao.rendering.exr import read_exr
+from lfssao.files.exr import read_exr
 from lfssao.testing import assert_conforms
 from lfssao.verify.kit.cases import RECIPES, make_case
 from lfssao.verify.kit.folder import read_case, write_kit

@@ -17,7 +17,7 @@ from scipy.ndimage import map_coordinates
 
 from lfssao import Display, Mesh, Module, Paint, RayCaster, Settings, WorldToImage, fit_roi, make_samples, render_view
 from lfssao.ao import post, ssao
-from lfssao.core.srgb import to_codes
+from lfssao.files.srgb import to_codes
 from lfssao.optics.kernels import projection as kinds
 from lfssao.rendering.manifest import describe_settings, describe_view
 from lfssao.verify.bounds.depth import color_bounds, depth_bounds, displaced

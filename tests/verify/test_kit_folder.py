@@ -9,7 +9,7 @@ from jobs import sentence
 
 from lfssao.cli.main import main
 from lfssao.errors import InputError
-from lfssao.rendering.exr import read_exr
+from lfssao.files.exr import read_exr
 from lfssao.verify.kit.cases import RECIPES, make_case
 from lfssao.verify.kit.folder import read_case, read_index, read_kit, write_kit
 from lfssao.verify.kit.specification import specification

@@ -14,7 +14,7 @@ from planted_displays import boxes, write_mesh
 
 import lfssao
 from lfssao.ao.estimators.registry import find_estimator
-from lfssao.rendering.exr import read_exr
+from lfssao.files.exr import read_exr
 from lfssao.verify.case import described_turns, described_view
 from lfssao.verify.compare.view_case import view_case
 from lfssao.verify.verdict import Verdict

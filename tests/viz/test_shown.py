@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from lfssao import GBuffer, Occlusion, Photograph, RayCaster, Settings, find_display, render_view
-from lfssao.core import pictures
+from lfssao.files import pictures
 from lfssao.rendering.settings import diagonal
 from lfssao.rendering.views import module_views
 from lfssao.samples import sample_set

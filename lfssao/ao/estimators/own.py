@@ -19,8 +19,8 @@ from lfssao.ao.estimators.look_ups import with_cleared
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, register
 from lfssao.ao.formulas import Folded, Seen, Summed, words_of
 from lfssao.ao.textures import Buffers
-from lfssao.core.files import read_text
 from lfssao.errors import InputError, LfssaoError
+from lfssao.files.whole import read_text
 from lfssao.optics.camera import Camera
 
 _WORDS = frozenset(name for protocol in (Seen, Summed, Folded) for name in vars(protocol))

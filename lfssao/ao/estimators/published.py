@@ -7,8 +7,8 @@ from typing import Any
 
 from lfssao.ao.estimators.estimator import Value, power_of
 from lfssao.ao.estimators.registry import find_estimator, full_parameters
-from lfssao.core.files import read_text
 from lfssao.errors import InputError, check_choice, errors_of
+from lfssao.files.whole import read_text
 from lfssao.optics.display_file import parse_toml
 from lfssao.samples import ROTATIONS
 

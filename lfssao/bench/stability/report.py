@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 
 from lfssao.bench.stability.measure import Measured
 from lfssao.bench.stability.table import BROKEN, DEGRADED, LACKING, REFUSED, WITHIN, Row
-from lfssao.core.files import write_text, write_whole
+from lfssao.files.whole import write_text, write_whole
 
 _NUMBERS = "condition", "ulp", "error", "rms", "bound"
 # From best to worst.

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from lfssao.bench.work_precision.figures import FIGURES, MARGIN
-from lfssao.core.files import read_json
 from lfssao.errors import InputError
+from lfssao.files.whole import read_json
 
 Point = dict[str, Any]
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from lfssao.bench.work_precision import advise
 from lfssao.bench.work_precision.advise import Point
-from lfssao.core.files import write_whole
+from lfssao.files.whole import write_whole
 
 FAMILIES = {
     "LF and other balls": ("lf", "point", "hemisphere", "oriented-hemisphere"),

@@ -27,15 +27,15 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from lfssao.core.arguments import as_number
-from lfssao.core.files import write_text
-from lfssao.core.pictures import image_png
-from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError, shown
+from lfssao.files.exr import use_one_thread_a_file
+from lfssao.files.pictures import image_png
+from lfssao.files.srgb import to_codes
+from lfssao.files.whole import write_text
 from lfssao.optics.display import Display
 from lfssao.optics.kernels.display import display_module, screen_to_image
 from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.quilt import Quilt
-from lfssao.rendering.exr import use_one_thread_a_file
 from lfssao.rendering.folder import fill, read_layer, read_views
 from lfssao.rendering.lenslet_viewer import LensletView
 from lfssao.rendering.viewer import check_modules, eye_point, eye_range, picture_size

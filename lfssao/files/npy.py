@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.files import check_file
 from lfssao.core.memory import check_available
 from lfssao.errors import InputError
+from lfssao.files.whole import check_file
 
 _MOST_HEADER = 10_000  # bytes before the numbers
 

@@ -7,8 +7,9 @@ from exr_parts import write_parts
 from PIL import Image, ImageOps
 
 from lfssao import InputError
-from lfssao.rendering.exr import read_exr
-from lfssao.rendering.image_file import guard_of, read_image_file, read_noise
+from lfssao.files.exr import read_exr
+from lfssao.files.image_file import guard_of, read_image_file
+from lfssao.samples.noise_file import read_noise
 
 PIXELS = np.arange(12, dtype=np.float32).reshape(3, 4)
 # As each Orientation stores the picture: where its row 0 and its column 0 are seen (TIFF 6).

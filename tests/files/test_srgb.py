@@ -6,8 +6,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from lfssao.core import srgb
-from lfssao.core.srgb import decode, decode_table, to_codes, to_linear
+from lfssao.files import srgb
+from lfssao.files.srgb import decode, decode_table, to_codes, to_linear
 
 
 def is_nearest(number, code):

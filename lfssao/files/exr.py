@@ -12,9 +12,9 @@ import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from lfssao.core.arguments import check_unmasked, check_whole
-from lfssao.core.files import write_whole
 from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
-from lfssao.rendering.image_file import PREFIX, first_line, guard_of, read_image_file, utf8_name
+from lfssao.files.image_file import PREFIX, first_line, guard_of, read_image_file, utf8_name
+from lfssao.files.whole import write_whole
 from lfssao.summary import Arrayed, Table, size_of
 
 _KINDS = {"name": str, "channels": tuple | list, "pixels": np.ndarray, "attributes": Mapping}  # of a part

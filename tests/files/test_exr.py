@@ -9,7 +9,7 @@ from exr_parts import by_channel, read_parts
 from PIL import Image
 
 from lfssao.errors import InputError
-from lfssao.rendering.exr import Part, is_sealed, read_exr, write_exr
+from lfssao.files.exr import Part, is_sealed, read_exr, write_exr
 
 ODD = np.array(
     [np.inf, -np.inf, 0.0, -0.0, 1e-45, -1e-40, 3.4028235e38, 1.1754942e-38, 1 / 3, 1 + 2**-23], np.float32

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.srgb import to_codes
+from lfssao.files.srgb import to_codes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

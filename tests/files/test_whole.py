@@ -8,8 +8,8 @@ import pytest
 from jobs import sentence
 
 from lfssao.cli.main import main
-from lfssao.core.files import _namespace, check_folder, output_folder, read_text, write_whole
 from lfssao.errors import InputError
+from lfssao.files.whole import _namespace, check_folder, output_folder, read_text, write_whole
 
 
 def test_write_whole_keeps_the_old_file_when_interrupted(tmp_path):

@@ -10,8 +10,8 @@ from exr_parts import write_tiled
 from PIL import Image
 
 from lfssao.errors import InputError
-from lfssao.rendering import image_file
-from lfssao.rendering.image_file import read_image_file
+from lfssao.files import image_file
+from lfssao.files.image_file import read_image_file
 
 
 @pytest.mark.parametrize(("shape", "names"), [

@@ -15,10 +15,10 @@ from jobs import digests_of, python
 from PIL import Image
 
 from lfssao.cli.main import main
-from lfssao.core.files import write_text, write_whole
-from lfssao.core.npy import write_npy
 from lfssao.errors import InputError
-from lfssao.rendering.exr import Part, use_one_thread_a_file, write_exr
+from lfssao.files.exr import Part, use_one_thread_a_file, write_exr
+from lfssao.files.npy import write_npy
+from lfssao.files.whole import write_text, write_whole
 
 COMMAND = ["corner", "--camera", "--resolution", "8x6", "--radii", "0.1", "--samples", "2"]
 FILES = ["camera.exr", "contact.png", "manifest.json"]

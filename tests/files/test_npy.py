@@ -6,8 +6,8 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from lfssao.core.npy import read_npy
 from lfssao.errors import InputError
+from lfssao.files.npy import read_npy
 
 PLAIN = np.arange(12.0).reshape(3, 4)
 

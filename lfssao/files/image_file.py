@@ -11,11 +11,10 @@ import numpy as np
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
-from lfssao.core.files import check_file
 from lfssao.core.memory import check_available
-from lfssao.core.npy import read_npy
-from lfssao.errors import InputError, errors_of
-from lfssao.samples.rotation import MOST_TILE, check_tile
+from lfssao.errors import InputError
+from lfssao.files.npy import read_npy
+from lfssao.files.whole import check_file
 
 ENDINGS = (".exr", ".tif", ".tiff", ".png", ".npy")
 PREFIX = "lfssao:"  # begins the names of lfssao's attributes in EXR files
@@ -204,27 +203,6 @@ def first_line(message: str) -> str:
     """The first line of an error message of OpenImageIO, without the file's name; some come with a history."""
     first = message.strip().split("\n")[0]
     return re.sub(r"^EXR Error \(.*?\.exr\): ", "", first) or "OpenImageIO gives no reason"
-
-
-def read_noise(path: Path, below: bool, sizes: Collection[Size] | None = None) -> NDArray[Any]:
-    """The angles of a file of one channel, (h, w), or its vectors, (h, w, 2 or 3), from the uppermost row on.
-
-    below: whether the file, or each tile of it, begins with the lowest row. InputError if it is of neither one of the
-    sizes nor a tile's, or tiles that begin below end differently at the top of textures of several heights.
-    """
-    tiles = [(side, side) for side in range(1, MOST_TILE + 1)]
-    decoded = None if sizes is None else [*sizes, *tiles]
-    planes = [plane for part in read_image_file(path, sizes=decoded) for plane in part.planes]
-    if not 1 <= len(planes) <= 3:
-        raise InputError(f"{path}: it has {len(planes)} channels, angles are one, vectors two or three")
-    rows, wanted = len(planes[0]), {(height, width) for width, height in sizes or ()}
-    with errors_of(str(path)):
-        check_tile(planes[0].shape, wanted)
-        if below and len({height % rows for height, _ in wanted}) > 1:
-            raise InputError("its tiles begin with the lowest row, and textures have different heights")
-    noise = planes[0] if len(planes) == 1 else np.stack(planes, axis=-1)
-    height = max(wanted)[0] if wanted else rows
-    return noise[(height - 1 - np.arange(rows)) % rows] if below else noise
 
 
 def part_of(array: NDArray[Any]) -> ImagePart:

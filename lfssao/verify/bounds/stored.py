@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.srgb import code_edges, to_codes, to_linear
+from lfssao.files.srgb import code_edges, to_codes, to_linear
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel
 

@@ -9,12 +9,12 @@ from typing import Any
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
+from lfssao.files.image_file import read_image_file
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import set_of
 from lfssao.optics.quilt import Quilt
 from lfssao.rendering.folder import display_of, reading_manifest
-from lfssao.rendering.image_file import read_image_file
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import Arrays, Case, described_view

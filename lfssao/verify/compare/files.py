@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from lfssao.errors import InputError, errors_of
+from lfssao.files.image_file import ImagePart, Size, read_image_file
 from lfssao.optics.display_file import set_of
 from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.quilt import Quilt
 from lfssao.rendering.folder import reading_manifest
-from lfssao.rendering.image_file import ImagePart, Size, read_image_file
 from lfssao.rendering.panels import panel_layer
 from lfssao.rendering.quilts import layout_of, place_of
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
-from lfssao.rendering.image_file import ImagePart, Margins
+from lfssao.files.image_file import ImagePart, Margins
 from lfssao.verify.bounds.stored import FORMATS, LINEAR, Stored
 from lfssao.verify.verdict import Plane, Planes
 

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.files import write_whole
-from lfssao.core.srgb import to_codes
 from lfssao.errors import InputError
+from lfssao.files.srgb import to_codes
+from lfssao.files.whole import write_whole
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import difference, span
 from lfssao.verify.verdict import FAILED, Judgement, Verdict, texels

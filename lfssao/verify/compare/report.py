@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
-from lfssao.core.files import write_text
 from lfssao.errors import InputError, check_type
+from lfssao.files.whole import write_text
 from lfssao.verify.compare.layers import stage_order
 from lfssao.verify.compare.picture import Panels, save_panels
 from lfssao.verify.compare.power import WEAK, Power

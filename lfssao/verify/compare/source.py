@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from lfssao.core.files import check_file
 from lfssao.errors import InputError
+from lfssao.files.image_file import ENDINGS, ImagePart, Size, part_of, read_image_file
+from lfssao.files.whole import check_file
 from lfssao.rendering.folder import entries_of, load_manifest
-from lfssao.rendering.image_file import ENDINGS, ImagePart, Size, part_of, read_image_file
 from lfssao.rendering.manifest import MANIFEST, digest
 from lfssao.rendering.panels import panel_layer
 from lfssao.verify.case import IMAGES, Case

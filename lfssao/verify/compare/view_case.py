@@ -13,8 +13,8 @@ from lfssao.ao.post import MAX_SIGMA
 from lfssao.errors import InputError, errors_of
 from lfssao.optics.view import KINDS, View
 from lfssao.rendering.folder import reading_manifest
-from lfssao.rendering.image_file import read_noise
 from lfssao.rendering.manifest import NOISE, view_of
+from lfssao.samples.noise_file import read_noise
 from lfssao.samples.rotation import check_rotation, noise_turns
 from lfssao.verify.case import VIEW, Case
 

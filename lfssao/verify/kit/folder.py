@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from lfssao import __version__
-from lfssao.core.files import check_file, check_folder, read_json
-from lfssao.core.npy import read_npy, write_npy
 from lfssao.errors import InputError, check_type
-from lfssao.rendering.exr import Part, write_exr
+from lfssao.files.exr import Part, write_exr
+from lfssao.files.npy import read_npy, write_npy
+from lfssao.files.whole import check_file, check_folder, read_json
 from lfssao.rendering.manifest import digest
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.case import Array, Arrays, Case

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.pictures import image_png
+from lfssao.files.pictures import image_png
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import difference

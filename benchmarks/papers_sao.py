@@ -22,6 +22,7 @@ from papers_common import (
 
 import lfssao
 from lfssao.ao.estimators.sao import estimator as scalable
+from lfssao.ao.estimators.sao import hierarchy
 from lfssao.ao.estimators.sao.kernels.passes import bilateral
 from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
 from lfssao.ao.reference import gaussian_weights
@@ -40,7 +41,7 @@ def filters(scale: Scale) -> Found:
     """Table 1."""
     buffers, unit, _ = camera_buffers(*scale.size(1024, 768))
     seen = np.isfinite(buffers.depth)
-    ao = {how: sao(buffers, WIDE * unit, mip=how, **RAW) for how in scalable.FILTERS}
+    ao = {how: sao(buffers, WIDE * unit, mip=how, **RAW) for how in hierarchy.FILTERS}
     errors = {how: (ao[how].astype(float) - ao["none"])[seen] for how in ao if how != "none"}
     pictures = {"no hierarchy": 1 - ao["none"]}
     pictures |= {f"{how}, difference x 4": 1 - np.minimum(4 * np.abs(ao[how] - ao["none"]), 1) for how in errors}

@@ -12,6 +12,7 @@ from stages import Arrays, ours, recorded
 
 import lfssao
 from lfssao.ao.estimators.sao import estimator as scalable
+from lfssao.ao.estimators.sao import hierarchy
 from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
 
 
@@ -25,7 +26,7 @@ def stages(buffers: Any, radius: float) -> dict[str, Any]:
         "Alchemy, sampling": partial(lfssao.estimate, "alchemy", buffers, radius),
         "Alchemy, bilateral": partial(wide_bilateral, visibility, keys),
         "SAO, level 0": partial(linear_z, buffers),
-        "SAO, levels": partial(scalable.z_hierarchy, z, "rotated", 5, origin),
+        "SAO, levels": partial(hierarchy.z_hierarchy, z, "rotated", 5, origin),
         "SAO, sampling": partial(scalable.sample, buffers, z, radius, options),
         "SAO, bilateral": partial(scalable.reconstruct, visibility, keys, 3.0, 2048.0, True),
     }

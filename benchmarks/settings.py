@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lfssao import Buffers, Camera, RayCaster, builtin_scene, estimate, find_display, module_views
-from lfssao.ao.estimators.sao import estimator as scalable
+from lfssao.ao.estimators.sao import hierarchy
 from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
 from lfssao.ao.post import blur, merge
 from lfssao.optics.view import View
@@ -126,7 +126,7 @@ def _sao_module(views: Views) -> Any:
 
 def _filter(mip: str, views: Views) -> Any:
     z = linear_z(views.camera)
-    return scalable.z_hierarchy(z, mip, 5, texel_rays(views.camera.view, z.dtype).origin)
+    return hierarchy.z_hierarchy(z, mip, 5, texel_rays(views.camera.view, z.dtype).origin)
 
 
 def _directions(views: Views) -> Any:
@@ -164,7 +164,7 @@ SETTINGS = (
     Setting("sao, 9, module", _sao_module, ("face normals", "SAO taps")),
     *(
         Setting(f"filter {mip}", partial(_filter, mip), ("z hierarchy",), False)
-        for mip in scalable.FILTERS
+        for mip in hierarchy.FILTERS
         if mip != "none"
     ),
     Setting("merge and blur", _merged, (), False),

@@ -291,7 +291,7 @@ def float_view(buffers: Buffers, words: Container[str], options: Options) -> Flo
 
 def levels_of_z(z: Texture, options: Options) -> Levels:
     """Return levels of cast z, (H, W), until one texel or the options' ``max_level``."""
-    from lfssao.ao.estimators.sao.estimator import levels_of, z_hierarchy  # late: few estimators read levels
+    from lfssao.ao.estimators.sao.hierarchy import levels_of, z_hierarchy  # late: few estimators read levels
 
     return levels_of(z_hierarchy(np.ascontiguousarray(z), "rotated", getattr(options, "max_level", _MOST_LEVEL)))
 

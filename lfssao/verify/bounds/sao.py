@@ -19,8 +19,8 @@ from lfssao.ao.estimators.sao.estimator import (
     SaoOptions,
     sao_numbers,
     scale_of,
-    z_hierarchy,
 )
+from lfssao.ao.estimators.sao.hierarchy import z_hierarchy
 from lfssao.ao.estimators.sao.texel_rays import texel_rays
 from lfssao.ao.kernels.texel_rays import TexelRays
 from lfssao.ao.reference import gaussian_weights

@@ -13,13 +13,14 @@ from reference import scalable as reference
 
 from lfssao import Buffers, InputError, estimate
 from lfssao.ao.estimators.sao import estimator as scalable
+from lfssao.ao.estimators.sao import hierarchy
 from lfssao.ao.estimators.sao.kernels import passes, reconstruct
 from lfssao.ao.estimators.sao.texel_rays import linear_z
 from lfssao.ao.kernels import levels
 
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 every_sight = pytest.mark.parametrize("sight", scenes.SIGHTS)
-FILTERS = [name for name in scalable.FILTERS if name != "none"]
+FILTERS = [name for name in hierarchy.FILTERS if name != "none"]
 sizes = st.one_of(
     st.tuples(st.integers(1, 9), st.integers(1, 9)), st.sampled_from([(1, 1), (1, 23), (23, 1), (2, 40), (16, 8)])
 )
@@ -102,7 +103,7 @@ def test_every_filter_equals_the_reference(how, dtype, data):
     z = data.draw(textures(dtype))
     origin = dtype(data.draw(st.sampled_from([0.0, -2.0, 1.0])))
     with np.errstate(all="ignore"):
-        made = scalable.z_hierarchy(z, how, 5, float(origin))
+        made = hierarchy.z_hierarchy(z, how, 5, float(origin))
         expected = reference.levels_of(z, how, 5, origin)
     assert len(made) == len(expected)
     for one, two in zip(made, expected, strict=True):

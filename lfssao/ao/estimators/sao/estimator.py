@@ -48,14 +48,14 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Options, option
 from lfssao.ao.estimators.look_ups import Bordered
-from lfssao.ao.estimators.sao.kernels import passes, z_pyramid
+from lfssao.ao.estimators.sao.hierarchy import FILTERS, levels_of, z_hierarchy
+from lfssao.ao.estimators.sao.kernels import passes
 from lfssao.ao.estimators.sao.kernels.passes import average_quads, bilateral
 from lfssao.ao.estimators.sao.kernels.reconstruct import face_normals, rebuild_positions
 from lfssao.ao.estimators.sao.sampling import Sao, visibility_of
 from lfssao.ao.estimators.sao.texel_rays import linear_z, texel_rays
 from lfssao.ao.formulas import float_view
 from lfssao.ao.kernels.float_view import FloatView
-from lfssao.ao.kernels.levels import Levels
 from lfssao.ao.kernels.sums import sum_samples
 from lfssao.ao.kernels.texel_rays import TexelRays
 from lfssao.ao.reference import gaussian_weights
@@ -67,8 +67,6 @@ from lfssao.optics.kernels.projection import MATRIX
 from lfssao.samples import best_turns
 from lfssao.samples.kernels import spiral
 
-# Numbers of ``z_pyramid``'s filters.
-FILTERS = dict(zip(("none", "rotated", "arithmetic", "harmonic", "min", "max"), range(-1, 5), strict=True))
 LANDINGS = {"floor": -1, "truncate": 0, "nearest": 1}
 TAPS_RADIUS, STRIDE = 3, 3  # of a bilateral pass: seven taps, three texels apart
 _MOST = 1e6
@@ -136,26 +134,6 @@ class Equation1Options(SaoOptions, _Equation1):
 
 
 AnyOptions = AppendixOptions | Equation1Options
-
-
-def z_hierarchy(z: Texture, mip: str, max_level: int, origin: float = 0.0) -> list[Texture]:
-    """Return the levels of z, each half of the last, rounded up, until one texel or ``max_level``.
-
-    mip: a key of ``FILTERS``; 'none' makes level 0 only. origin: z from which the harmonic mean counts distances.
-    """
-    levels = [z]
-    while mip != "none" and len(levels) <= max_level and max(levels[-1].shape) > 1:
-        height, width = levels[-1].shape
-        target = np.empty(((height + 1) // 2, (width + 1) // 2), z.dtype)
-        z_pyramid.next_level(levels[-1], FILTERS[mip], z.dtype.type(origin), target)
-        levels.append(target)
-    return levels
-
-
-def levels_of(levels: list[Texture]) -> Levels:
-    """Return levels of z as formulas read them."""
-    first = np.cumsum([0, *(level.size for level in levels[:-1])]).astype(np.int32)
-    return Levels(np.concatenate([level.ravel() for level in levels]), first)
 
 
 def sao_view(buffers: Buffers, z: Texture, options: SaoOptions) -> FloatView:

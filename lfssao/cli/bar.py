@@ -6,7 +6,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from lfssao.core.jit import compiling_told
+from lfssao.core.jit import report_compiling
 
 _EXPECTED = 24  # kernels that a render of a display compiles; other commands compile more, or fewer
 _shown: list["Bar"] = []
@@ -52,4 +52,4 @@ def compiling() -> AbstractContextManager[None]:
         elif _shown:
             _shown[-1].set_postfix_str("", refresh=False)
 
-    return compiling_told(begin, end)
+    return report_compiling(begin, end)

@@ -1,1 +1,1 @@
-"""Arithmetic that is the same on every machine, and files that are whole or absent."""
+"""Arithmetic that is the same on every machine."""

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import caching, event
+from numba.core import caching
 
 from lfssao.core.threads import in_chunks
 from lfssao.errors import InputWarning
@@ -105,18 +105,54 @@ class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]
             file.write(content.getvalue() + hashlib.sha256(content.getvalue()).digest())
 
 
+class _Report:
+    """Calls ``begin`` with the number of each kernel that numba begins to compile, and ``end`` after it."""
+
+    def __init__(self, begin: Callable[[int], None], end: Callable[[], None]) -> None:
+        self._begin = begin
+        self._end = end
+        self._count = 0
+        self._compiled: _Cache | None = None  # of the kernel that callees are compiled for
+
+    def begin(self, cache: "_Cache") -> None:
+        """A kernel has no code on disk, so that it is compiled next."""
+        if self._compiled is None:
+            self._compiled = cache
+            self._count += 1
+            self._begin(self._count)
+
+    def end(self, cache: "_Cache") -> None:
+        """A kernel is compiled."""
+        if self._compiled is cache:
+            self._compiled = None
+            self._end()
+
+
+_reports: list[_Report] = []
+
+
 class _Cache(caching.FunctionCache):  # type: ignore[misc]
-    """numba's cache of a kernel, with such files."""
+    """numba's cache of a kernel, with such files; numba asks it before it compiles, and hands over the code after."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
         stamp = self._impl.locator.get_source_stamp()
         self._cache_file = _Files(self.cache_path, self._impl.filename_base, stamp)
 
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return compiled code of a signature; without any, numba compiles next."""
+        code = super().load_overload(sig, target_context)
+        if code is None:
+            for report in _reports:
+                report.begin(self)
+        return code
+
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep compiled code, but not for tuples of others: a process that cannot import them could read none."""
         if all(map(_is_known, sig)):
             super().save_overload(sig, data)
+        for report in _reports:
+            report.end(self)
 
 
 def _is_known(kind: Any) -> bool:
@@ -177,25 +213,14 @@ def kernel(function: Callable[..., Any] | None = None, *, rows: str = "", few: i
 
 
 @contextmanager
-def compiling_told(begin: Callable[[int], None], end: Callable[[], None]) -> Iterator[None]:
+def report_compiling(begin: Callable[[int], None], end: Callable[[], None]) -> Iterator[None]:
     """In the block, call ``begin(1)``, ``begin(2)``, ... as kernels begin to be compiled, and ``end()`` after each.
 
-    Kernels that are compiled within another one, which they are inlined into, are not told.
+    Kernels that are compiled within another one, which they are inlined into, are not reported; neither are any where
+    no folder holds compiled code.
     """
-
-    class Listener(event.Listener):  # type: ignore[misc]
-        depth = count = 0
-
-        def on_start(self, event: event.Event) -> None:
-            self.depth += 1
-            if self.depth == 1:
-                self.count += 1
-                begin(self.count)
-
-        def on_end(self, event: event.Event) -> None:
-            self.depth -= 1
-            if self.depth == 0:
-                end()
-
-    with event.install_listener("numba:compile", Listener()):
+    _reports.append(_Report(begin, end))
+    try:
         yield
+    finally:
+        _reports.pop()

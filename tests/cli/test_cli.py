@@ -411,8 +411,8 @@ def test_a_terminal_sees_kernels_compile_and_a_pipe_does_not(tmp_path):
 
 def test_no_commands_import_compiles_kernels_before_that_is_shown(tmp_path):
     script = """import importlib, sys
-from lfssao.core.jit import compiling_told
-with compiling_told(print, print):
+from lfssao.core.jit import report_compiling
+with report_compiling(print, print):
     for name in sys.argv[1:]:
         importlib.import_module("lfssao.cli." + name.replace("-", "_"))"""
     words = *COMMANDS, *(f"bench_{name}" for name in BENCHES)

@@ -39,7 +39,7 @@ def _display(options: argparse.Namespace) -> None:
         is_file = Path(options.name).suffix == ".toml"
         print(Path(options.name).read_text(encoding="utf-8") if is_file else display_text(options.name), end="")
         return
-    from lfssao.optics.top_view import save_drawing  # late: matplotlib takes a second to import
+    from lfssao.viz.display import save_drawing  # late: matplotlib takes a second to import
 
     target = Path(options.plot or f"{Path(options.name).stem}.png")
     save_drawing(find_display(options.name), target)

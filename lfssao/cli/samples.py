@@ -195,7 +195,7 @@ def _plot(options: argparse.Namespace) -> None:
     else:
         sets = [_sample_set(options)]
     with working("draw"):
-        from lfssao.samples.plot import draw_samples  # late: matplotlib takes a second to import
+        from lfssao.viz.samples import draw_samples  # late: matplotlib takes a second to import
 
         figure = draw_samples(sets, options.r_min, options.r_max)
         write_whole(target, lambda path: figure.savefig(path, dpi=110))

@@ -129,7 +129,7 @@ class Display(Summary):
         return {"name": self.name, "modules": len(self.modules), "screen": f"{self.screen_width:.3g} m wide"}
 
     def _repr_png_(self) -> bytes:
-        from lfssao.optics.top_view import draw_display  # late: only notebooks show it
+        from lfssao.viz.display import draw_display  # late: only notebooks show it
 
         return figure_png(draw_display(self))
 

@@ -64,7 +64,7 @@ class SampleSet(Arrayed, Summary):
         return {"method": self.method, "domain": self.domain, "points": len(self.points), "seed": self.seed}
 
     def _repr_png_(self) -> bytes:
-        from lfssao.samples.plot import draw_samples  # late: only notebooks show it
+        from lfssao.viz.samples import draw_samples  # late: only notebooks show it
 
         return figure_png(draw_samples([self]))
 

@@ -15,8 +15,8 @@ from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.samples import METHODS, make_samples, sample_set
 from lfssao.samples.formats import FORMATS, read_points, to_glsl
-from lfssao.samples.plot import draw_samples
 from lfssao.testing import PROMISES
+from lfssao.viz.samples import draw_samples
 
 
 @pytest.mark.parametrize("form", ["csv", "json", "npy"])

@@ -17,7 +17,7 @@ from lfssao import Display, Module, display_names, display_text, find_display, p
 from lfssao.cli.main import main
 from lfssao.errors import InputError
 from lfssao.optics.display_file import MOST_MODULES
-from lfssao.optics.top_view import draw_display
+from lfssao.viz.display import draw_display
 
 NAMES = ["c80", "convex", "picoarray", "sample-a", "sample-a-conical", "sample-b", "virtual"]
 ROI = ((-0.4, -0.3, -0.25), (0.4, 0.3, 0.25))

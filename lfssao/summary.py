@@ -19,7 +19,7 @@ class Summary:
 
 
 class Table(Summary):
-    """A ``Summary`` that notebooks show as a table; classes with a picture of their own are none."""
+    """A ``Summary`` that notebooks show as a table; classes that are shown as a picture are none."""
 
     def _repr_html_(self) -> str:
         rows = "".join(f"<tr><th>{name}</th><td>{escape(str(fact))}</td></tr>" for name, fact in self._facts().items())

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from lfssao.core.affine import Matrix
 from lfssao.core.arguments import as_number, as_numbers, check_whole
 from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
-from lfssao.files.pictures import figure_png
 from lfssao.optics import lens as optics
 from lfssao.optics.kernels import display as kernels
 from lfssao.optics.kernels import projection as mapping
@@ -127,11 +126,6 @@ class Display(Summary):
 
     def _facts(self) -> dict[str, object]:
         return {"name": self.name, "modules": len(self.modules), "screen": f"{self.screen_width:.3g} m wide"}
-
-    def _repr_png_(self) -> bytes:
-        from lfssao.viz.display import draw_display  # late: only notebooks show it
-
-        return figure_png(draw_display(self))
 
     def __post_init__(self) -> None:
         self._check_screen()

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
-from lfssao.files.pictures import figure_png
 from lfssao.summary import Arrayed, Summary
 
 FloatArray = NDArray[np.float64]
@@ -62,11 +61,6 @@ class SampleSet(Arrayed, Summary):
 
     def _facts(self) -> dict[str, object]:
         return {"method": self.method, "domain": self.domain, "points": len(self.points), "seed": self.seed}
-
-    def _repr_png_(self) -> bytes:
-        from lfssao.viz.samples import draw_samples  # late: only notebooks show it
-
-        return figure_png(draw_samples([self]))
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,11 @@ from lfssao.optics.display_file import find_display
 from lfssao.rendering.passes import Textures, render_view
 from lfssao.rendering.settings import Settings, diagonal
 from lfssao.rendering.views import module_views
-from lfssao.samples import METHODS, ROTATIONS, make_samples
+from lfssao.samples import METHODS, ROTATIONS, SampleSet, make_samples
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
+from lfssao.viz.display import draw_display
+from lfssao.viz.samples import draw_samples
 
 
 def sliders(draw: Callable[..., Any], **values: Sequence[Any]) -> Any:
@@ -44,7 +46,7 @@ def sliders(draw: Callable[..., Any], **values: Sequence[Any]) -> Any:
     def redraw(_: Any = None) -> None:
         try:
             made = draw(**{name: control.value for name, control in controls.items()})
-            picture.value = figure_png(made) if isinstance(made, Figure) else made._repr_png_()
+            picture.value = _png(made)
             sentence.value = ""
         except InputError as error:
             sentence.value = str(error)
@@ -61,6 +63,18 @@ def sliders(draw: Callable[..., Any], **values: Sequence[Any]) -> Any:
     half = (len(controls) + 1) // 2
     columns = [widgets.VBox(part) for part in (list(controls.values())[:half], list(controls.values())[half:])]
     return Sliders([widgets.HBox(columns), sentence, picture])
+
+
+def _png(made: Any) -> bytes:
+    """Return the picture that a notebook shows of an object, a PNG file."""
+    if isinstance(made, Display):
+        return figure_png(draw_display(made))
+    if isinstance(made, SampleSet):
+        return figure_png(draw_samples([made]))
+    if isinstance(made, Figure):
+        return figure_png(made)
+    picture: bytes = made._repr_png_()
+    return picture
 
 
 def _text(value: Any) -> str:

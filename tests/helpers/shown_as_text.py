@@ -24,7 +24,7 @@ def register():
     Figure.__repr__ = words  # '%matplotlib inline' takes away what is registered for it
     formatter = get_ipython().display_formatter.formatters["text/plain"]
     for shown in (SampleSet, *(getattr(lfssao, name) for name in lfssao.__all__)):
-        if hasattr(shown, "_repr_png_") or hasattr(shown, "_repr_html_"):  # their numbers would fill pages
+        if any(hasattr(shown, name) for name in ("_facts", "_repr_png_", "_repr_html_")):  # numbers would fill pages
             formatter.for_type(shown, lambda thing, printer, _: printer.text(type(thing).__name__))
 
 

@@ -56,7 +56,7 @@ def test_an_object_is_one_line_and_a_picture_or_a_table(thing, line):
     assert text.startswith(line)
     assert "\n" not in text
     assert len(text) < 400
-    if not hasattr(thing, "_repr_png_"):
+    if hasattr(thing, "_repr_html_"):
         cells = Cells(thing._repr_html_()).found
         assert cells["caption"] == [type(thing).__name__]
         said = ", ".join(f"{name} {fact}" for name, fact in zip(cells["th"], cells["td"], strict=True))

@@ -1,9 +1,12 @@
 """Pictures of objects in a notebook: the right values in the right places."""
 
 from io import BytesIO
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from IPython.core.formatters import DisplayFormatter
+from jobs import python
 from PIL import Image
 
 from lfssao import GBuffer, Occlusion, Photograph, RayCaster, Settings, find_display, render_view
@@ -11,6 +14,7 @@ from lfssao.files import pictures
 from lfssao.rendering.settings import diagonal
 from lfssao.rendering.views import module_views
 from lfssao.samples import sample_set
+from lfssao.viz import notebook
 
 DISPLAY = find_display("sample-a").with_resolution(40, 24)
 
@@ -76,7 +80,24 @@ def test_a_photograph_shows_light(channels):
 
 
 @pytest.mark.parametrize("thing", [DISPLAY, sample_set("square", "jittered", 16)], ids=["display", "samples"])
-def test_displays_and_sample_sets_show_their_figures(thing):
-    picture = shown(thing)
+def test_a_notebook_shows_displays_and_sample_sets_as_figures(thing, monkeypatch):
+    shell = SimpleNamespace(display_formatter=DisplayFormatter())
+    monkeypatch.setattr(notebook, "get_ipython", lambda: shell)
+    notebook.show_figures()
+    made, _ = shell.display_formatter.format(thing)
+    picture = np.asarray(Image.open(BytesIO(made["image/png"])).convert("RGB"))
     assert min(picture.shape[:2]) > 300
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 20
+
+
+def test_figures_are_shown_in_notebooks_alone():
+    """``import lfssao`` in a notebook registers them; elsewhere it imports neither IPython nor matplotlib."""
+    ask = "print([t for t in formatter.deferred_printers if t[0].startswith('lfssao')])"
+    script = f"""from IPython.core.interactiveshell import InteractiveShell
+formatter = InteractiveShell.instance().display_formatter.formatters['image/png']
+import lfssao
+{ask}"""
+    found = python("-c", script).stdout
+    assert found == "[('lfssao.optics.display', 'Display'), ('lfssao.samples.sets', 'SampleSet')]\n"
+    plain = "import sys, lfssao; print({'IPython', 'matplotlib'} & set(sys.modules))"
+    assert python("-c", plain).stdout == "set()\n"

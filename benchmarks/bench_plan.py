@@ -32,9 +32,10 @@ from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display
 from lfssao.optics.view import View
 from lfssao.rendering.manifest import describe_machine
-from lfssao.rendering.passes import Textures, occlusions, render_view
+from lfssao.rendering.passes import occlusions, render_view
 from lfssao.rendering.plan import other_radii, without_background
 from lfssao.rendering.settings import Settings, default_radii
+from lfssao.rendering.textures import Textures
 from lfssao.rendering.views import module_views
 from lfssao.scene.builtin import BUILTIN, builtin_scene
 from lfssao.scene.mesh import Mesh

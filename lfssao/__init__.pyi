@@ -17,8 +17,9 @@ from .optics.lenslet import LensletDisplay
 from .optics.quilt import Quilt
 from .optics.view import View, WorldToImage
 from .rendering.page.page import eye_page
-from .rendering.passes import Rendered, Textures, render, render_view
+from .rendering.passes import Rendered, render, render_view
 from .rendering.settings import Settings, default_radii
+from .rendering.textures import Textures
 from .rendering.viewer import LightField, Photograph, eye_point, eye_range, eye_view
 from .rendering.views import module_views
 from .samples import make_samples, square_points

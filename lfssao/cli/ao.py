@@ -21,9 +21,10 @@ from lfssao.gbuffer.caster import GBuffer
 from lfssao.rendering.conversion import buffers_of
 from lfssao.rendering.decoding import Single, upright
 from lfssao.rendering.manifest import FORMAT, describe_machine, describe_settings
-from lfssao.rendering.output import entry_of, exr_parts, write_manifest
+from lfssao.rendering.output import entry_of, write_manifest
 from lfssao.rendering.passes import finish_view
 from lfssao.rendering.settings import ASKED, LAYERS
+from lfssao.rendering.textures import exr_parts
 from lfssao.rendering.view_file import read_description
 from lfssao.verify.compare.layers import Layer, Matcher, layers_of
 

@@ -14,15 +14,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from PIL.Image import Image, fromarray
+from PIL.Image import Image
 
 from lfssao import __version__
 from lfssao.core.affine import sum_in_order
 from lfssao.errors import InputError
 from lfssao.files.exr import Part, is_sealed, read_exr, write_exr
 from lfssao.files.npy import write_npy
-from lfssao.files.pictures import image_png
 from lfssao.files.srgb import to_codes
 from lfssao.files.whole import remove_leftovers, write_text, write_whole
 from lfssao.optics.display_file import set_of
@@ -35,9 +33,9 @@ from lfssao.rendering.folder import display_of, fill
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.manifest import FORMAT, MANIFEST, NOISE, describe_view, digest, name_of_noise
 from lfssao.rendering.panels import PANEL, write_panel
-from lfssao.rendering.passes import Textures
 from lfssao.rendering.quilts import write_quilts
 from lfssao.rendering.settings import Settings
+from lfssao.rendering.textures import Textures, exr_parts, shaded_png, with_attributes
 from lfssao.rendering.viewer import LightField
 
 SHEET = "contact.png"
@@ -46,7 +44,6 @@ ANIMATION = "animation.png"
 MOST_PICTURES = 360  # of an animation
 _SHOT = (0.0, 900, "linear")  # view.png: the place of the eye, pixels across, how modules are blended
 _TITLES = {"color": "without AO", "shaded": "with AO"}  # in view.png
-_OCCLUSION = "occlusion: 0 open, 1 covered; visibility is 1 - AO"
 
 
 class Result(NamedTuple):
@@ -56,48 +53,11 @@ class Result(NamedTuple):
     strip: Image | None
 
 
-def exr_parts(textures: Textures) -> list[Part]:
-    """The layers of one view that are kept as the parts of an EXR file, the shaded image first: viewers show part 0.
-
-    Channels: R G B (shaded); Z (depth); P.X P.Y P.Z (world position); color.R color.G color.B; ao_K.AO for radius K,
-    merged.AO, blurred.AO; N.X N.Y N.Z (world normals) and bent_K.X bent_K.Y bent_K.Z (bent normals) if asked for. AO is
-    occlusion everywhere, and the metadata says so. Depth, positions, colour and normals keep the guard band, as a data
-    window larger than the display window.
-    """
-    gbuffer, guard, settings = textures.gbuffer, textures.view.guard, textures.settings
-    depth, world, occlusion = {"depth": textures.view.depth_kind}, {"space": "world"}, {"AO": _OCCLUSION}
-    layers: list[tuple[str, str, NDArray[np.float32] | None, dict[str, Any], int]] = [
-        ("shaded", "R G B", textures.shaded, depth, 0),
-        ("depth", "Z", gbuffer.depth if "depth" in textures.layers else None, depth, guard),
-        ("positions", "P.X P.Y P.Z", gbuffer.positions, world, guard),
-        ("color", "color.R color.G color.B", gbuffer.color, {"space": "linear RGB"}, guard),
-        ("normals", "N.X N.Y N.Z", gbuffer.normals, world, guard),
-    ]
-    for k, texture in enumerate(textures.ao):
-        # As text: EXR's numbers are 32 bits wide.
-        of_radius = {"radius": float(settings.radii[k]), "outside": str(textures.outside[k])}
-        layers.append((f"ao_{k + 1}", f"ao_{k + 1}.AO", texture, occlusion | of_radius, 0))
-    for k, bent in enumerate(textures.bent):
-        name, of_radius = f"bent_{k + 1}", {"radius": float(settings.radii[k])}
-        layers.append((name, f"{name}.X {name}.Y {name}.Z", bent, world | of_radius, 0))
-    layers.append(("merged", "merged.AO", textures.merged, occlusion, 0))
-    layers.append(("blurred", "blurred.AO", textures.blurred, occlusion | {"sigma": float(settings.blur)}, 0))
-    # Zip would make these 3 to 8 % smaller, and the default job 0.4 s slower. White ones have three equal channels.
-    parts, noisy = [], {"blurred"} if gbuffer.color is None else {"blurred", "shaded"}
-    for name, channels, made, said, band in layers:
-        if made is not None:
-            pixels = made.reshape(*made.shape[:2], -1)
-            attributes = {**said, "sha256": digest(pixels), "channels": channels}
-            packing = "rle" if name in noisy else "zip"
-            parts.append(Part(name, tuple(channels.split(" ")), pixels, attributes, band, packing))
-    return [_with(parts[0], surface_texels=textures.surface_texels), *parts[1:]]
-
-
 def write_view(job: Job, item: Item, textures: Textures) -> Result:
     """Write an item's file, with digests and identity; InputError if it cannot be written."""
     begin = time.perf_counter()
     parts = exr_parts(textures)
-    parts[0] = _with(parts[0], **_said(job, item), made_from=json.dumps(job.identity(item)))
+    parts[0] = with_attributes(parts[0], **_said(job, item), made_from=json.dumps(job.identity(item)))
     hashed = time.perf_counter()
     write_exr(job.path(item), parts, sealed=True)
     made = _write_picture(job, item, parts)
@@ -121,11 +81,6 @@ def _write_picture(job: Job, item: Item, parts: Sequence[Part]) -> dict[str, Any
     if not path.is_file() or path.read_bytes() != data:
         write_whole(path, lambda part: part.write_bytes(data))
     return {"picture": {"file": path.name, "sha256": sha256(data).hexdigest()}}
-
-
-def shaded_png(shaded: NDArray[np.float32]) -> bytes:
-    """Linear colour (H, W, 3) as an 8-bit sRGB picture, a PNG file."""
-    return image_png(fromarray(to_codes(shaded)))
 
 
 def _said(job: Job, item: Item) -> dict[str, str]:
@@ -164,10 +119,6 @@ def recover_view(job: Job, item: Item) -> Result | None:
         return None
     made, picture = _write_picture(job, item, parts), _strip(job, item, parts)
     return Result({**entry, **made, "seconds": {"verify": time.perf_counter() - start}}, picture)
-
-
-def _with(part: Part, **attributes: str | int) -> Part:
-    return replace(part, attributes={**part.attributes, **attributes})
 
 
 def _in_order(part: Part) -> Part:

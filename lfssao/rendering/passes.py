@@ -2,13 +2,12 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, SupportsIndex, TypeVar, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lfssao.ao import post
 from lfssao.ao.estimators.registry import estimate_radii
@@ -16,122 +15,25 @@ from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Neighbour
 from lfssao.core.arguments import as_whole
 from lfssao.errors import InputError, check_type, shown
-from lfssao.files.exr import write_exr
-from lfssao.files.pictures import image_png
-from lfssao.files.whole import write_whole
 from lfssao.gbuffer.caster import GBuffer, RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import ViewSet, find_views
 from lfssao.optics.view import View, seen_rows, without_guard
-from lfssao.rendering import contact, doubts
+from lfssao.rendering import doubts
 from lfssao.rendering.neighbours import DepthCache, textures_kept
 from lfssao.rendering.settings import Settings, settings_of
+from lfssao.rendering.textures import FloatTexture, Textures
 from lfssao.rendering.views import module_views, neighbour_views
 from lfssao.samples.rotation import noise_turns
 from lfssao.scene.builtin import find_scene
-from lfssao.summary import Summary, Table, listed, size_of
+from lfssao.summary import Table
 
-FloatTexture = NDArray[np.float32]
 Made = TypeVar("Made")
 
 # Estimators that count samples behind a surface, of texels with a surface alone: at radius 0 all have one outcome.
 COUNTING = "lf", "lf-neighbours"
 
 _LAYER_OF = {"ao": "ao", "bent": "bent", "merge": "merged", "blur": "blurred", "shade": "shaded"}
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Textures(Summary):
-    """All textures of one view.
-
-    Attributes
-    ----------
-    view : View
-        What they show.
-    gbuffer : GBuffer
-        Depth, positions and colour, the view's guard band included; what follows has it cropped. Positions, colour and
-        normals are None where they are not kept; depth is always there.
-    ao : tuple of (H, W) float32
-        Occlusion, one texture a radius; empty where it is not kept, as all below are None.
-    merged, blurred : (H, W) float32 or None
-        Maximum over the radii; the same after the blur.
-    shaded : (H, W, 3) float32 or None
-        The colour texture (white on the surface where the mesh has no colour) with AO.
-    outside : tuple of int
-        Samples of each radius that fell outside the texture or the mapping's domain; empty where AO was not computed.
-    surface_texels : int
-        Texels of the depth texture that see a surface.
-    settings : Settings
-        What they were made by; its ``kept`` says which layers are here.
-    seconds : dict
-        Wall time of each pass; the first call of a kernel after an install includes compiling it.
-    bent : tuple of (H, W, 3) float32
-        Bent normals, one texture a radius; empty where they are not kept.
-
-    Examples
-    --------
-    >>> textures = lfssao.render("corner", lfssao.find_display("virtual").with_resolution(64, 48))[0]
-    >>> textures.merged.shape, len(textures.ao), bool(textures.merged.max() <= 1)
-    ((48, 64), 5, True)
-    """
-
-    view: View
-    gbuffer: GBuffer
-    ao: tuple[FloatTexture, ...]
-    merged: FloatTexture | None
-    blurred: FloatTexture | None
-    shaded: FloatTexture | None
-    outside: tuple[int, ...]
-    surface_texels: int
-    settings: Settings
-    seconds: dict[str, float]
-    bent: tuple[FloatTexture, ...] = ()
-
-    def _facts(self) -> dict[str, object]:
-        surface = f"at {self.surface_texels / self.gbuffer.depth.size:.1%} of the texels"
-        named = {"view": self.view.name, "texels": size_of(self.gbuffer.depth), "layers": " ".join(self.layers)}
-        return {**named, "radii": listed(self.settings.radii), "surface": surface}
-
-    @property
-    def layers(self) -> tuple[str, ...]:
-        """Which layers are kept."""
-        return self.settings.kept
-
-    def save(self, path: str | Path) -> None:
-        """Write a file as ``lfssao render`` does: .exr, a part a layer, or .png, ``shaded`` in 8-bit sRGB.
-
-        InputError for another ending, for .png if shaded was not kept, and if the file cannot be written.
-        """
-        from lfssao.rendering.output import exr_parts, shaded_png  # late: it stands above the passes
-
-        check_type("path", path, str | Path)
-        ending = Path(path).suffix.lower()
-        if ending == ".exr":
-            write_exr(path, exr_parts(self))
-        elif ending != ".png":
-            raise InputError(f"{path}: it does not end in .exr or .png, the files that textures are written to")
-        elif self.shaded is None:
-            raise InputError(f"{path}: shaded is not among the layers {', '.join(self.layers)}, write an .exr")
-        else:
-            picture = shaded_png(self.shaded)
-            write_whole(Path(path), lambda part: part.write_bytes(picture))
-
-    @cached_property
-    def image(self) -> FloatTexture:
-        """The image without AO, (H, W, 3): the colour texture, or white on the surface.
-
-        InputError if the layer color was not kept.
-        """
-        if "color" not in self.layers:
-            raise InputError(f"there is no image: color is not among the layers {', '.join(self.layers)}")
-        if self.gbuffer.color is not None:
-            return without_guard(self.gbuffer.color, self.view.guard)
-        return contact.white(without_guard(self.gbuffer.depth, self.view.guard))
-
-    def _repr_png_(self) -> bytes | None:
-        if self.blurred is None or self.shaded is None or "color" not in self.layers:
-            return None
-        return image_png(contact.strip(self.image, self.blurred, self.shaded, 320))
 
 
 def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> Textures:

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from lfssao.ao.textures import Buffers, Neighbour
 from lfssao.gbuffer.caster import GBuffer
 from lfssao.optics.view import View, seen_rows
-from lfssao.rendering.passes import COUNTING, Textures, occlusions
+from lfssao.rendering.passes import COUNTING, occlusions
 from lfssao.rendering.settings import Settings
+from lfssao.rendering.textures import Textures
 
 RULES = {
     "modules": "the image of the scene's box misses the texture: nothing is cast, and no pass runs",

@@ -27,7 +27,8 @@ from lfssao.rendering.animation import moved
 from lfssao.rendering.contact import write_animation
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.neighbours import DepthCache, textures_kept
-from lfssao.rendering.passes import Textures, render_view
+from lfssao.rendering.passes import render_view
+from lfssao.rendering.textures import Textures
 from lfssao.rendering.viewer import LightField
 
 Results = Generator[output.Result, None, None]

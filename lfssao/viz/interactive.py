@@ -14,8 +14,9 @@ from lfssao.files.pictures import figure_png
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import find_display
-from lfssao.rendering.passes import Textures, render_view
+from lfssao.rendering.passes import render_view
 from lfssao.rendering.settings import Settings, diagonal
+from lfssao.rendering.textures import Textures
 from lfssao.rendering.views import module_views
 from lfssao.samples import METHODS, ROTATIONS, SampleSet, make_samples
 from lfssao.scene.builtin import find_scene

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lfssao.ao.post import merge
 from lfssao.errors import InputError
-from lfssao.rendering.passes import Textures
+from lfssao.rendering.textures import Textures
 from lfssao.viz.panels import draw_texture, draw_visibility, texture_panels
 
 

@@ -4,7 +4,6 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from PIL import Image
 from refusals import is_refused
 
 import lfssao
@@ -93,20 +92,3 @@ def test_weights_are_not_lost_without_a_word():
     weighted = sample_set("ball", "repulsion", 8)
     assert is_refused(lambda: np.asarray(weighted), r"samples of repulsion have weights: hand over \.points")
     assert is_refused(lambda: lfssao.estimate("lf", BUFFERS, 0.1, weighted), "samples is <SampleSet: method repulsion")
-
-
-def test_textures_are_saved_by_the_ending(tmp_path):
-    TEXTURES.save(tmp_path / "a.png")
-    with Image.open(tmp_path / "a.png") as picture:
-        codes = np.asarray(picture)
-    linear = TEXTURES.shaded.astype(np.float64)
-    srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    assert np.abs(codes - 255 * srgb).max() <= 0.51
-    assert codes.std() > 10
-    TEXTURES.save(tmp_path / "a.EXR")
-    assert "shaded" in lfssao.read_exr(tmp_path / "a.EXR")
-    for name in ("a.jpg", "a"):
-        assert is_refused(lambda name=name: TEXTURES.save(name), "does not end in .exr or .png")
-    depth = lfssao.render("statue", DISPLAY, lfssao.Settings((0.1,), layers=("depth",)), [10])[0]
-    assert is_refused(lambda: depth.save("a.png"), "a.png: shaded is not among the layers depth, write an .exr")
-    assert is_refused(lambda: TEXTURES.save(5), "path is of type int")

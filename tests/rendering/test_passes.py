@@ -7,9 +7,8 @@ import pytest
 from exr_parts import read_parts, write_parts
 from jobs import digests_of, manifest_of, render, sentence
 
-from lfssao import Buffers, RayCaster, Settings, estimate, find_display, module_views, render_view
+from lfssao import RayCaster, Settings, find_display, module_views, render_view
 from lfssao.cli.main import main
-from lfssao.errors import InputError
 from lfssao.rendering.settings import ASKED
 from lfssao.rendering.settings import LAYERS as ALL
 
@@ -63,16 +62,6 @@ def test_only_layers_that_are_asked_for_are_kept_and_only_what_they_read_is_comp
                 assert np.array_equal(texture.view(np.int32), whole[name].view(np.int32)), (asked, name)
             else:
                 assert texture is None, (asked, name)
-
-
-def test_textures_without_colour_have_no_picture(statue):
-    (view,) = module_views(statue, find_display("sample-a").with_resolution(64, 48), range(3, 4))
-    made = render_view(RayCaster(statue, view.cast_from_world), view, Settings((0.1,), layers=("shaded",)))
-    assert made._repr_png_() is None
-    with pytest.raises(InputError, match="color is not among the layers shaded"):
-        _ = made.image
-    with pytest.raises(InputError, match="no positions"):
-        estimate("lf", Buffers.of(made.gbuffer, view), 0.1)
 
 
 RENDER = ["statue", "--display", "sample-a", "--modules", "2:4", "--resolution", "48x36", "--radii", "3%,6%"]

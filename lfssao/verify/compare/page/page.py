@@ -3,7 +3,7 @@
 from base64 import b64encode
 from hashlib import sha256
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import quote
 
 import numpy as np
@@ -15,14 +15,11 @@ from lfssao.verify.compare.page.textures import RAMPS, Textures, code_png
 from lfssao.verify.compare.result import Result
 from lfssao.verify.verdict import SAME, WARNING, Verdict
 
-if TYPE_CHECKING:
-    from lfssao.verify.compare.report import Report
-
 _SIGNS = {"equal": "=", "inside": "\N{ALMOST EQUAL TO}", "weak": "?", "wrong": "\N{MULTIPLICATION X}"}
 
 
-def page_text(report: "Report", textures: Textures) -> str:
-    """The whole file."""
+def page_text(report: Any, textures: Textures) -> str:
+    """Return the whole file of a ``Report``, which itself writes pages, and of the textures that it has kept."""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     endings = "html.j2", "css", "js"
     template, style, script = (Markup((files(__package__) / f"page.{e}").read_text("utf-8")) for e in endings)

@@ -8,24 +8,24 @@ import lfssao
 from lfssao import Buffers, RayCaster, Settings, estimate, find_display, module_views, render_view
 
 DISPLAY = find_display("sample-a").with_resolution(100, 60)
-TEXTURES = lfssao.render("statue", DISPLAY, modules=[10])[0]
 
 
 def test_textures_are_saved_by_the_ending(tmp_path):
-    TEXTURES.save(tmp_path / "a.png")
+    textures = lfssao.render("statue", DISPLAY, modules=[10])[0]
+    textures.save(tmp_path / "a.png")
     with Image.open(tmp_path / "a.png") as picture:
         codes = np.asarray(picture)
-    linear = TEXTURES.shaded.astype(np.float64)
+    linear = textures.shaded.astype(np.float64)
     srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     assert np.abs(codes - 255 * srgb).max() <= 0.51
     assert codes.std() > 10
-    TEXTURES.save(tmp_path / "a.EXR")
+    textures.save(tmp_path / "a.EXR")
     assert "shaded" in lfssao.read_exr(tmp_path / "a.EXR")
     for name in ("a.jpg", "a"):
-        assert is_refused(lambda name=name: TEXTURES.save(name), "does not end in .exr or .png")
+        assert is_refused(lambda name=name: textures.save(name), "does not end in .exr or .png")
     depth = lfssao.render("statue", DISPLAY, Settings((0.1,), layers=("depth",)), [10])[0]
     assert is_refused(lambda: depth.save("a.png"), "a.png: shaded is not among the layers depth, write an .exr")
-    assert is_refused(lambda: TEXTURES.save(5), "path is of type int")
+    assert is_refused(lambda: textures.save(5), "path is of type int")
 
 
 def test_textures_without_colour_have_no_picture(statue):

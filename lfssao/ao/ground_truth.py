@@ -41,8 +41,7 @@ from lfssao.core.affine import unit_vectors
 from lfssao.core.arguments import as_number, check_seed, check_whole
 from lfssao.core.threads import in_chunks
 from lfssao.errors import InputError, check_choice, check_type, shown
-from lfssao.gbuffer.bvh import TriangleTree
-from lfssao.gbuffer.embree import CentredScene
+from lfssao.gbuffer.trees import CentredScene, TriangleTree
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 from lfssao.summary import Arrayed, Table, size_of

@@ -13,9 +13,8 @@ from lfssao.core.threads import check_threads, in_chunks
 from lfssao.errors import InputError, check_type, shown
 from lfssao.files import pictures
 from lfssao.gbuffer import rasterize
-from lfssao.gbuffer.bvh import TriangleTree
-from lfssao.gbuffer.embree import build_scene, embree_installed, require_embree
 from lfssao.gbuffer.kernels import first_hit, surface
+from lfssao.gbuffer.trees import TriangleTree, build_scene, embree_installed, require_embree
 from lfssao.optics.kernels.rays import make_rays
 from lfssao.optics.view import View, finite_numbers
 from lfssao.scene.builtin import find_scene

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.kernels import rasterize
+from lfssao.gbuffer.trees import TriangleTree
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY
 from lfssao.optics.kernels.rays import FlatModule, Pinhole
 from lfssao.optics.view import View

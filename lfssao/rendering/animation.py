@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.affine import Matrix, cofactors, determinant, transform_points
+from lfssao.core.affine import Matrix, determinant
 from lfssao.core.elementary import sincospi
 from lfssao.errors import InputError, errors_of
 from lfssao.files.npy import read_npy
 from lfssao.files.whole import read_json
-from lfssao.scene.mesh import Mesh
+from lfssao.scene.mesh import Mesh, moved
 
 MOST_FRAMES = 10_000
 
@@ -54,15 +54,6 @@ def read_transforms(path: Path) -> list[Matrix]:
         if determinant(matrix[:3]) == 0:
             raise InputError(f"{path}: matrix {number} is singular: it flattens the scene")
     return list(matrices[:, :3])
-
-
-def moved(mesh: Mesh, transform: Matrix) -> Mesh:
-    """A mesh moved by an affine map world -> world, (3, 4), itself by the identity; InputError as of ``Mesh``."""
-    if np.array_equal(transform, np.eye(3, 4)):
-        return mesh
-    vertices, turn = transform_points(transform, mesh.vertices), np.hstack([cofactors(transform), np.zeros((3, 1))])
-    normals = None if mesh.normals is None else transform_points(turn, mesh.normals)
-    return Mesh(vertices, mesh.faces, mesh.paint, normals, mesh.name, mesh.degenerate, mesh.notes)
 
 
 def frame_bounds(mesh: Mesh, transforms: Sequence[Matrix]) -> list[NDArray[np.float64]]:

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from lfssao.errors import InputError, errors_of
 from lfssao.files.exr import read_exr, use_one_thread_a_file
 from lfssao.files.whole import read_json
-from lfssao.optics.display import Display, Module
+from lfssao.optics.display import Display
 from lfssao.optics.display_file import ViewSet, set_of
 from lfssao.optics.view import without_guard
-from lfssao.rendering.manifest import FORMAT, MANIFEST, digest
+from lfssao.rendering.manifest import FORMAT, MANIFEST, digest, display_of
 from lfssao.rendering.views import chosen_modules
 
 if TYPE_CHECKING:
@@ -93,21 +93,6 @@ def read_views(folder: Path, layer: str, modules: Any = None) -> tuple[Display |
         if layer not in shown:
             raise InputError(f"{folder}: it has no '{layer}' to show: choose one of {', '.join(shown)}")
     return display, entries
-
-
-def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Display:
-    """The display of a manifest's ``values``, in the resolution of its views, the ``entries`` of modules by number."""
-    modules = [Module(**{**m, "homography": m["homography"] and tuple(m["homography"])}) for m in values["modules"]]
-    display = Display(**{**values, "roi": tuple(map(tuple, values["roi"])), "modules": tuple(modules)})
-    if not entries or not set(entries) <= set(range(len(modules))):
-        raise ValueError(f"views are not modules of {display.name}: {sorted(entries)}")
-    guards = {k: 2 * e["view"].get("guard", 0) for k, e in entries.items()}
-    sizes = {k: (e["view"]["width"] - guards[k], e["view"]["height"] - guards[k]) for k, e in entries.items()}
-    if any(sizes[k] != (display.modules[k].width, display.modules[k].height) for k in sizes):
-        if len(set(sizes.values())) > 1:
-            raise ValueError("the sizes of its views are not those of the display's modules")
-        display = display.with_resolution(*next(iter(sizes.values())))
-    return display
 
 
 def _of_views(views: ViewSet, entries: dict[int, dict[str, Any]]) -> ViewSet:

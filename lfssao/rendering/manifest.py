@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from lfssao import __version__
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.ao.post import blur_weights
+from lfssao.optics.display import Display, Module
 from lfssao.optics.kernels.projection import DISPLAY, MATRIX
 from lfssao.optics.view import KINDS, View, WorldToImage, finite_numbers
 from lfssao.rendering.settings import Settings
@@ -151,3 +152,18 @@ def _processor() -> str:
     except OSError:
         return platform.processor()
     return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "")
+
+
+def display_of(values: dict[str, Any], entries: dict[int, dict[str, Any]]) -> Display:
+    """The display of a manifest's ``values``, in the resolution of its views, the ``entries`` of modules by number."""
+    modules = [Module(**{**m, "homography": m["homography"] and tuple(m["homography"])}) for m in values["modules"]]
+    display = Display(**{**values, "roi": tuple(map(tuple, values["roi"])), "modules": tuple(modules)})
+    if not entries or not set(entries) <= set(range(len(modules))):
+        raise ValueError(f"views are not modules of {display.name}: {sorted(entries)}")
+    guards = {k: 2 * e["view"].get("guard", 0) for k, e in entries.items()}
+    sizes = {k: (e["view"]["width"] - guards[k], e["view"]["height"] - guards[k]) for k, e in entries.items()}
+    if any(sizes[k] != (display.modules[k].width, display.modules[k].height) for k in sizes):
+        if len(set(sizes.values())) > 1:
+            raise ValueError("the sizes of its views are not those of the display's modules")
+        display = display.with_resolution(*next(iter(sizes.values())))
+    return display

@@ -29,9 +29,9 @@ from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import View, without_guard
 from lfssao.rendering import doubts, plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip, white, with_ao
-from lfssao.rendering.folder import display_of, fill
+from lfssao.rendering.folder import fill
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.manifest import FORMAT, MANIFEST, NOISE, describe_view, digest, name_of_noise
+from lfssao.rendering.manifest import FORMAT, MANIFEST, NOISE, describe_view, digest, display_of, name_of_noise
 from lfssao.rendering.panels import PANEL, write_panel
 from lfssao.rendering.quilts import write_quilts
 from lfssao.rendering.settings import Settings

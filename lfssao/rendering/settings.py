@@ -22,7 +22,7 @@ from lfssao.ao.ssao import check_radius
 from lfssao.core.arguments import as_whole, check_seed, check_whole
 from lfssao.errors import InputError, check_choice, check_type, errors_of, shown
 from lfssao.gbuffer.caster import CASTERS, COLOR_FILTERS, NORMALS
-from lfssao.gbuffer.embree import require_embree
+from lfssao.gbuffer.trees import require_embree
 from lfssao.samples import make_samples
 from lfssao.samples.rotation import check_noise, check_rotation
 from lfssao.scene.builtin import find_scene

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lfssao.core.affine import Matrix, cofactors, transform_points
 from lfssao.core.arguments import as_numbers, check_whole
 from lfssao.errors import InputError, check_type, shown
 from lfssao.summary import Table, listed
@@ -245,3 +246,12 @@ def _has_area(vertices: FloatArray, faces: NDArray[np.int32]) -> NDArray[np.bool
     size = np.maximum(np.abs(edge1).max(axis=1), np.abs(edge2).max(axis=1))
     size = np.where(size > 0, size, 1.0)[:, None]
     return np.asarray(np.cross(edge1 / size, edge2 / size).any(axis=1))
+
+
+def moved(mesh: Mesh, transform: Matrix) -> Mesh:
+    """A mesh moved by an affine map world -> world, (3, 4), itself by the identity; InputError as of ``Mesh``."""
+    if np.array_equal(transform, np.eye(3, 4)):
+        return mesh
+    vertices, turn = transform_points(transform, mesh.vertices), np.hstack([cofactors(transform), np.zeros((3, 1))])
+    normals = None if mesh.normals is None else transform_points(turn, mesh.normals)
+    return Mesh(vertices, mesh.faces, mesh.paint, normals, mesh.name, mesh.degenerate, mesh.notes)

@@ -15,7 +15,7 @@ from bits import assert_same_bits
 from lfssao import Buffers, InputError, Mesh
 from lfssao.ao.ground_truth import _CLEAR, FALLOFFS, INTERSECTORS, WEIGHTINGS, Occluders, ray_cast_occlusion
 from lfssao.core.threads import in_chunks
-from lfssao.gbuffer.embree import CentredScene
+from lfssao.gbuffer.trees import CentredScene
 
 pytest.importorskip("embreex", reason="Embree has no wheel here")
 

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import raycast
 
-from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.kernels import bvh, first_hit
 from lfssao.gbuffer.kernels.triangle import edge_function, exact_difference, two_product, two_sum
+from lfssao.gbuffer.trees import TriangleTree
 
 VIEWS = list(scenes.VIEWS)
 # Their products, and the rests of those, stay far from the ends of float64.

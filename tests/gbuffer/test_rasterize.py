@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from reference import raycast
 
 from lfssao import find_display
-from lfssao.gbuffer.bvh import TriangleTree
 from lfssao.gbuffer.kernels import rasterize as kernels
 from lfssao.gbuffer.rasterize import candidate_pairs, image_axes
+from lfssao.gbuffer.trees import TriangleTree
 
 VIEWS = sorted(scenes.VIEWS)
 

@@ -18,14 +18,14 @@ from lfssao.errors import InputError
 from lfssao.files.exr import read_exr
 from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display_file import find_display
-from lfssao.rendering.animation import MOST_FRAMES, frame_bounds, moved, read_transforms, swept_bounds, turntable
+from lfssao.rendering.animation import MOST_FRAMES, frame_bounds, read_transforms, swept_bounds, turntable
 from lfssao.rendering.job import Job
 from lfssao.rendering.passes import render_view
 from lfssao.rendering.run import Renderer
 from lfssao.rendering.settings import Settings
 from lfssao.rendering.views import module_views
 from lfssao.scene.builtin import builtin_scene
-from lfssao.scene.mesh import Mesh
+from lfssao.scene.mesh import Mesh, moved
 
 BOX = np.array([[-1.0, 0.0, 2.0], [3.0, 5.0, 4.0]])
 SOLID = trimesh.creation.box(bounds=BOX)

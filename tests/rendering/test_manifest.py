@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from lfssao import Mesh, Paint, find_display
-from lfssao.rendering.folder import display_of
-from lfssao.rendering.manifest import describe_scene, digest
+from lfssao.rendering.manifest import describe_scene, digest, display_of
 
 NUMBERS = np.random.default_rng(3).random((24, 32, 3), np.float32)
 

@@ -13,7 +13,7 @@ from PIL import Image
 from reference.passes import blur_table
 
 import lfssao
-from lfssao.gbuffer.embree import embree_installed
+from lfssao.gbuffer.trees import embree_installed
 
 TEXTURES = {
     "shaded": ("R", "G", "B"), "depth": ("Z",), "positions": ("P.X", "P.Y", "P.Z"),

@@ -1,4 +1,4 @@
-"""Embree: first hits in float32, faster than the exact tree, but with other bits on other machines."""
+"""Trees over a mesh's triangles: the float64 one, and Embree's, faster, but with other bits on other machines."""
 
 import math
 from typing import Any
@@ -7,10 +7,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import MissingPackageError
-from lfssao.scene.mesh import Mesh
+from lfssao.gbuffer.kernels import bvh
+from lfssao.scene.mesh import Mesh, used_bounds
 
 # How far Embree looks at most, about the largest float32: a ray that meets nothing keeps this length.
 _NO_END = 1e37
+
+
+class TriangleTree:
+    """The float64 tree over triangles in any space (``lfssao.gbuffer.kernels.bvh``): vertices (V, 3), faces (F, 3)."""
+
+    def __init__(self, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> None:
+        low, high = used_bounds(vertices, faces)
+        codes = np.empty(len(faces), np.uint64)
+        bvh.morton_codes(vertices, faces, low, high - low, codes)
+        order = np.argsort(codes, kind="stable")
+        self.vertices, self.faces = vertices, faces[order]
+        place_of = np.empty_like(order)
+        place_of[order] = np.arange(len(faces))
+        corners = np.ascontiguousarray(vertices[self.faces].reshape(-1, 9))
+        boxes = np.empty((2 * bvh.leaf_count(len(faces)) - 1, 6))
+        # Rounding moves a ray, seen from a corner, by a few units in the last place of the largest coordinate.
+        margin = 1e-12 * float(np.maximum(np.abs(low), np.abs(high)).max())
+        bvh.build_boxes(corners, margin, boxes)
+        # Embree sees corners and rays in float32.
+        margin = 1e-6 * float(np.maximum(np.abs(low), np.abs(high)).max())
+        self.bounds = np.stack([low - margin, high + margin])
+        self.arrays = bvh.Tree(corners, order, place_of, boxes)
 
 
 def embree_installed() -> bool:

@@ -14,7 +14,8 @@ from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import set_of
 from lfssao.optics.quilt import Quilt
-from lfssao.rendering.folder import display_of, reading_manifest
+from lfssao.rendering.folder import reading_manifest
+from lfssao.rendering.manifest import display_of
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel
 from lfssao.verify.bounds.stored import Stored
 from lfssao.verify.case import Arrays, Case, described_view

@@ -9,11 +9,10 @@ from numba import config
 
 from lfssao.errors import InputError, MissingPackageError
 from lfssao.gbuffer.caster import RayCaster
-from lfssao.rendering.animation import moved
 from lfssao.rendering.folder import reading_manifest
 from lfssao.rendering.manifest import describe_scene, view_of
 from lfssao.scene.builtin import BUILTIN, find_scene
-from lfssao.scene.mesh import Mesh
+from lfssao.scene.mesh import Mesh, moved
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.depth import color_bounds, depth_bounds
 from lfssao.verify.bounds.error_model import ErrorModel

@@ -20,8 +20,8 @@ import numpy as np
 from lfssao import Occluders, RayCaster, Settings, builtin_scene, find_display, load_scene, module_views, samples
 from lfssao.ao.ground_truth import ray_cast_occlusion
 from lfssao.ao.textures import Buffers
+from lfssao.gbuffer.caster import DepthCache
 from lfssao.rendering.manifest import describe_machine
-from lfssao.rendering.neighbours import DepthCache
 from lfssao.rendering.passes import render_view
 from lfssao.rendering.points import places_of, read_at
 from lfssao.rendering.settings import diagonal

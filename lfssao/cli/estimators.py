@@ -15,8 +15,6 @@ from lfssao.cli import values
 from lfssao.errors import InputError, errors_of
 from lfssao.files.image_file import ENDINGS, Size
 from lfssao.rendering.settings import drawn_samples
-from lfssao.samples.formats import read_points
-from lfssao.samples.noise_file import read_noise
 
 TEMPLATES = "sum", "fold"
 
@@ -150,6 +148,8 @@ def read_rotation(options: argparse.Namespace, sizes: Collection[Size]) -> str |
     name: str | None = options.rotate
     rows = options.rotate_rows
     if name is not None and name.lower().endswith(ENDINGS):
+        from lfssao.samples.noise_file import read_noise  # late: most rotations have a name
+
         with errors_of("--rotate"):
             return read_noise(Path(name), rows == "below", sizes)
     if rows is not None:
@@ -159,6 +159,8 @@ def read_rotation(options: argparse.Namespace, sizes: Collection[Size]) -> str |
 
 def _samples_of(estimator: Estimator, path: Path) -> tuple[FloatArray, FloatArray | None]:
     """Points and weights of a file, as they are; InputError if the estimator takes no such points, or no weights."""
+    from lfssao.samples.formats import read_points  # late: most samples are made and not read
+
     with errors_of("--samples"):
         points, weights, domain = read_points(path)
         fitting = {2: ("disk",), 3: ("ball", "sphere")}[estimator.dimensions]

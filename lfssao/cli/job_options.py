@@ -14,6 +14,7 @@ from lfssao.ao.estimators.registry import find_estimator
 from lfssao.cli import estimators, values
 from lfssao.cli.terminal import say
 from lfssao.cli.values import MOST_BLUR, MOST_SAMPLES
+from lfssao.core.affine import Matrix
 from lfssao.errors import InputError, check_choice, errors_of, no_such
 from lfssao.files.image_file import Size
 from lfssao.files.whole import check_folder
@@ -24,11 +25,10 @@ from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import MOST_GUARD, View, check_positions
 from lfssao.rendering import doubts, manifest
-from lfssao.rendering.animation import frame_bounds, read_transforms, swept_bounds, turntable
 from lfssao.rendering.job import Job
 from lfssao.rendering.run import check_memory
 from lfssao.rendering.settings import LAYERS, Settings, default_radii, diagonal
-from lfssao.rendering.views import module_views, neighbour_views
+from lfssao.rendering.views import Box, module_views, neighbour_views
 from lfssao.samples import ROTATIONS
 from lfssao.scene.builtin import TEST_VIEW, find_scene
 from lfssao.scene.mesh import Mesh
@@ -174,13 +174,8 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
         say(f"{mesh.name}: {note}")
     given = [r / 100 * diagonal(mesh) if per_cent else r for r, per_cent in options.radii or ()]
     settings = replace(settings, radii=tuple(given) or default_radii(mesh))
-    transforms = turntable(mesh.bounds, options.frames) if isinstance(options.frames, int) else None
-    if isinstance(options.frames, Path):
-        with errors_of("--frames"):
-            transforms = read_transforms(options.frames)
-    # One box for all frames, so that the scene's scale on the display stays what it is.
-    boxes = [mesh.bounds] if transforms is None else frame_bounds(mesh, transforms)
-    views, neighbours = _views(options, mesh, display, swept_bounds(boxes))
+    transforms, boxes, whole_box = _frames(options, mesh)
+    views, neighbours = _views(options, mesh, display, whole_box)
     for width, height in {(view.width, view.height) for view in views}:
         texel_bytes, bent = find_estimator(settings.estimator).texel_bytes, "bent" in settings.kept
         check_memory(width, height, len(settings.radii), texel_bytes, bent)
@@ -196,11 +191,29 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
         "sampling": sampling,
         "settings": manifest.describe_settings(settings),
     }
-    frames = tuple(boxes), None if transforms is None else tuple(transforms)
+    frames = tuple(boxes), transforms
     folder, quilts = Path(options.output or "."), _quilts(options, display, settings, mesh, len(views))
     whole = isinstance(display, LensletDisplay) and len(views) == display.count
     forms = {"png": options.png, "quilts": quilts, "panel": whole}
     return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, **forms)
+
+
+def _frames(options: argparse.Namespace, mesh: Mesh) -> tuple[tuple[Matrix, ...] | None, list[Box], Box]:
+    """World -> world of each frame, None for a still; the scene's box in each; and the box around all of these.
+
+    There is one box for all frames, so that the scene's scale on the display stays what it is.
+    """
+    if options.frames is None:
+        return None, [mesh.bounds], mesh.bounds
+    from lfssao.rendering import animation  # late: most jobs are of a still
+
+    if isinstance(options.frames, int):
+        transforms = animation.turntable(mesh.bounds, options.frames)
+    else:
+        with errors_of("--frames"):
+            transforms = animation.read_transforms(options.frames)
+    boxes = animation.frame_bounds(mesh, transforms)
+    return tuple(transforms), boxes, animation.swept_bounds(boxes)
 
 
 def _display(options: argparse.Namespace) -> Display | ViewSet:

@@ -14,8 +14,8 @@ from lfssao.cli.job_options import add_options, job_of
 from lfssao.cli.terminal import printable, progress, working
 from lfssao.core.threads import MOST_THREADS
 from lfssao.errors import InputError
+from lfssao.rendering.manifest import PANEL
 from lfssao.rendering.output import ANIMATION, VIEW
-from lfssao.rendering.panels import PANEL
 from lfssao.rendering.run import recover, run
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from lfssao.core.threads import MOST_THREADS
 from lfssao.errors import InputError
 from lfssao.optics.view import MOST_GUARD
-from lfssao.rendering.animation import MOST_FRAMES
 
 # Beyond these a command would run for hours or fill the memory, and nobody means it.
 MOST_SAMPLES = 65_536
@@ -151,6 +150,8 @@ def typed(text: str, kind: type) -> float | int | str | bool:
 def frames(text: str) -> int | Path:
     """A number of frames, or the name of a file of matrices."""
     if re.fullmatch(r"[+-]?[0-9.]+", text, re.ASCII):
+        from lfssao.rendering.animation import MOST_FRAMES  # late: most jobs are of a still
+
         return whole(1, MOST_FRAMES)(text)
     return Path(text)
 

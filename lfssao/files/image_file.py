@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from lfssao.core.memory import check_available
 from lfssao.errors import InputError
-from lfssao.files.npy import read_npy
 from lfssao.files.whole import check_file
 
 ENDINGS = (".exr", ".tif", ".tiff", ".png", ".npy")
@@ -55,6 +54,8 @@ def read_image_file(
     """
     check_file(path)
     if path.suffix.lower() == ".npy":
+        from lfssao.files.npy import read_npy  # late: few textures are stored so
+
         pixels = read_npy(path)
         if pixels.ndim not in (1, 2, 3) or pixels.size == 0:
             raise InputError(f"{path}: it holds {pixels.dtype} {pixels.shape}, expected numbers (H, W) or (H, W, C)")

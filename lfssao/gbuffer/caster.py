@@ -1,7 +1,8 @@
 """Depth, positions and colour textures by ray casting: LF's Z prepass and G-buffer in one (LF section 7)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,12 @@ from lfssao.gbuffer import rasterize
 from lfssao.gbuffer.kernels import first_hit, surface
 from lfssao.gbuffer.trees import TriangleTree, build_scene, embree_installed, require_embree
 from lfssao.optics.kernels.rays import make_rays
-from lfssao.optics.view import View, finite_numbers
+from lfssao.optics.view import View, WorldToImage, finite_numbers, seen_rows
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh, Paint, samplers_of
 from lfssao.summary import Summary, size_of
+
+_MOST_KEPT_TEXELS = 2**24  # of depth textures
 
 # Rays that one thread hands to Embree at a time: long enough to hide the call, short enough to share the work.
 _CHUNK = 65_536
@@ -284,3 +287,29 @@ def _material(source: Paint) -> surface.Material:
         textures=table,
         texels=np.ascontiguousarray(texels, np.float32),
     )
+
+
+def textures_kept(asked: Sequence[Sequence[View]]) -> int:
+    """How many depth textures to keep for views that in turn ask these: all if they are small, as those of lenses are.
+
+    Else twice as many as one of them asks, and one: modules in a row need no more.
+    """
+    texels = {view.name: view.width * view.height for views in asked for view in views}
+    return len(texels) if sum(texels.values()) <= _MOST_KEPT_TEXELS else 2 * max(map(len, asked)) + 1
+
+
+class DepthCache:
+    """Depth textures of a caster's scene, the last ``size``."""
+
+    def __init__(self, caster: RayCaster, size: int) -> None:
+        def depth(view: View, how: str) -> NDArray[np.float32]:
+            rows = seen_rows(view, caster.bounds)
+            return caster.of_view(view).gbuffer(view, None, rows=rows, caster=how, positions=False).depth
+
+        self._depth = lru_cache(size)(depth)
+
+    def neighbours(
+        self, views: tuple[View, ...], caster: str = "exact"
+    ) -> list[tuple[WorldToImage, NDArray[np.float32]]]:
+        """Mapping and depth texture of each view; ``caster`` as of ``RayCaster.gbuffer``."""
+        return [(view.world_to_image, self._depth(view, caster)) for view in views]

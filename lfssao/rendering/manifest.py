@@ -22,6 +22,7 @@ from lfssao.scene.mesh import Mesh
 
 FORMAT = 1
 MANIFEST = "manifest.json"
+PANEL = "panel.exr"  # of a lenslet display
 # Angles or vectors of texels, where they are no rotation that has a name, by the names of the setting 'rotation'.
 NOISE = {"angles": "angles.npy", "vectors": "vectors.npy"}
 _PACKAGES = ("numpy", "numba", "llvmlite", "trimesh", "embreex", "OpenImageIO", "pillow")

@@ -20,7 +20,6 @@ from lfssao import __version__
 from lfssao.core.affine import sum_in_order
 from lfssao.errors import InputError
 from lfssao.files.exr import Part, is_sealed, read_exr, write_exr
-from lfssao.files.npy import write_npy
 from lfssao.files.srgb import to_codes
 from lfssao.files.whole import remove_leftovers, write_text, write_whole
 from lfssao.optics.display_file import set_of
@@ -29,11 +28,8 @@ from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import View, without_guard
 from lfssao.rendering import doubts, plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip, white, with_ao
-from lfssao.rendering.folder import fill
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.manifest import FORMAT, MANIFEST, NOISE, describe_view, digest, display_of, name_of_noise
-from lfssao.rendering.panels import PANEL, write_panel
-from lfssao.rendering.quilts import write_quilts
+from lfssao.rendering.manifest import FORMAT, MANIFEST, NOISE, PANEL, describe_view, digest, display_of, name_of_noise
 from lfssao.rendering.settings import Settings
 from lfssao.rendering.textures import Textures, exr_parts, shaded_png, with_attributes
 from lfssao.rendering.viewer import LightField
@@ -220,8 +216,12 @@ def write_frame(
     write_manifest(folder, manifest, job.settings)
     views = set_of(job.head)
     if isinstance(views, Quilt):
+        from lfssao.rendering.quilts import write_quilts  # late: most displays have modules
+
         write_quilts(folder, job.quilts, entries, views.columns, views.rows)
     if job.panel and isinstance(views, LensletDisplay):
+        from lfssao.rendering.panels import write_panel  # late: most displays have modules
+
         write_panel(folder, views, entries)
     if job.has_view:
         write_whole(folder / VIEW, partial(_view(job, results, field).save, compress_level=1))
@@ -231,7 +231,10 @@ def write_frame(
 def _view(job: Job, results: Sequence[Result], field: LightField | None) -> Image:
     """The picture for an eye in the middle of the observer line, without AO, if there are colours, and with it."""
     layers, field = _seen(job), field or empty_field(job)
-    fill(field, job.folder, layers, {k: result.entry for k, result in enumerate(results)})
+    if field.missing:
+        from lfssao.rendering.folder import fill  # late: a job that nothing interrupts has all textures at hand
+
+        fill(field, job.folder, layers, {k: result.entry for k, result in enumerate(results)})
     codes = np.split(to_codes(field.photograph(*_SHOT).image), len(layers), axis=2)
     return side_by_side({_TITLES[layer]: picture for layer, picture in zip(layers, codes, strict=True)})
 
@@ -256,6 +259,8 @@ def put_view(field: LightField, job: Job, item: Item, textures: Textures) -> Non
 def write_manifest(folder: Path, manifest: dict[str, Any], settings: Settings) -> None:
     """Write a manifest, and the angles or vectors that it speaks of."""
     if isinstance(settings.rotation, np.ndarray):
+        from lfssao.files.npy import write_npy  # late: most rotations have a name
+
         file = folder / NOISE[name_of_noise(settings.rotation)]
         write_whole(file, partial(write_npy, array=settings.rotation))
     write_text(folder / MANIFEST, json.dumps(manifest, indent=1, allow_nan=False) + "\n")

@@ -13,8 +13,8 @@ from lfssao.core.memory import check_available
 from lfssao.files.exr import Part, read_exr, use_one_thread_a_file, write_exr
 from lfssao.optics.lenslet import LensletDisplay
 from lfssao.rendering.folder import read_layers
+from lfssao.rendering.manifest import PANEL
 
-PANEL = "panel.exr"
 _OF_A_LENS = {"sha256", "file_sha256", "made_from", "module", "outside", "surface_texels"}  # attributes of its file
 
 

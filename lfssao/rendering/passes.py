@@ -15,12 +15,11 @@ from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers, Neighbour
 from lfssao.core.arguments import as_whole
 from lfssao.errors import InputError, check_type, shown
-from lfssao.gbuffer.caster import GBuffer, RayCaster
+from lfssao.gbuffer.caster import DepthCache, GBuffer, RayCaster, textures_kept
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import ViewSet, find_views
 from lfssao.optics.view import View, seen_rows, without_guard
 from lfssao.rendering import doubts
-from lfssao.rendering.neighbours import DepthCache, textures_kept
 from lfssao.rendering.settings import Settings, settings_of
 from lfssao.rendering.textures import FloatTexture, Textures
 from lfssao.rendering.views import module_views, neighbour_views

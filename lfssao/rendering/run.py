@@ -21,11 +21,10 @@ from lfssao.core.threads import kernel_threads
 from lfssao.errors import InputError
 from lfssao.files.exr import use_one_thread_a_file
 from lfssao.files.whole import output_folder
-from lfssao.gbuffer.caster import RayCaster
+from lfssao.gbuffer.caster import DepthCache, RayCaster, textures_kept
 from lfssao.rendering import output
 from lfssao.rendering.contact import write_animation
 from lfssao.rendering.job import Item, Job
-from lfssao.rendering.neighbours import DepthCache, textures_kept
 from lfssao.rendering.passes import render_view
 from lfssao.rendering.textures import Textures
 from lfssao.rendering.viewer import LightField

@@ -13,7 +13,6 @@ from lfssao.optics.display import Display, fit_roi
 from lfssao.optics.display_file import ViewSet, find_display, find_views
 from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.view import View, box_of, check_positions
-from lfssao.rendering.neighbours import nearest_modules
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
 
@@ -80,3 +79,20 @@ def neighbour_views(
     display = display if isinstance(display, LensletDisplay) else find_display(display)
     views = module_views(mesh, display, None, guard, bounds)
     return [tuple(views[k] for k in nearest_modules(display, index, count)) for index in wanted]
+
+
+def nearest_modules(display: Display | LensletDisplay, index: int, count: int) -> list[int]:
+    """Modules whose lenses are nearest to one's, without itself; of equals the lower first. InputError if too few.
+
+    The lenses of a lenslet display are its modules.
+    """
+    if isinstance(display, LensletDisplay):
+        lenses, (one, several) = display.lenses, display.WORDS
+    else:
+        lenses, (one, several) = [(m.x, m.y, m.z) for m in display.modules], ("module", "modules")
+    others = len(lenses) - 1
+    if not 0 <= count <= others:
+        raise InputError(f"neighbours is {count}: {display.name} has {others} {several} besides {one} {index}")
+    x, y, z = lenses[index]
+    away = [(a - x) ** 2 + (b - y) ** 2 + (c - z) ** 2 for a, b, c in lenses]
+    return sorted(set(range(len(away))) - {index}, key=lambda k: (away[k], k))[:count]

@@ -1,5 +1,6 @@
 from .engine import Sampler
-from .registry import METHODS, find_method, make_samples, sample_set, square_points
+from .methods import METHODS
+from .registry import find_method, make_samples, sample_set, square_points
 from .repulsion import repulsion_table
 from .rotation import ROTATIONS, angle_turns, noise_turns, texel_angles, texel_turns
 from .sets import SampleSet

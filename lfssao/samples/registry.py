@@ -1,4 +1,4 @@
-"""All sampling methods by domain and name, and the calls that make a set by any of them."""
+"""The calls that make a sample set by any method."""
 
 from typing import Any
 
@@ -6,13 +6,8 @@ import numpy as np
 
 from lfssao.core.arguments import as_number, check_seed, check_whole
 from lfssao.errors import InputError, check_choice, shown
-from lfssao.samples import direct, square
+from lfssao.samples import square
 from lfssao.samples.sets import DIMENSIONS, FloatArray, Method, SampleSet, Value
-
-METHODS: dict[str, dict[str, Method]] = {
-    domain: {method.name: method for method in (*square.METHODS, *direct.METHODS) if method.domain == domain}
-    for domain in DIMENSIONS
-}
 
 MOST = 2**32 - 1  # the generator's counters have 32 bits
 
@@ -23,7 +18,12 @@ def find_method(domain: str, name: str) -> Method:
     >>> lfssao.samples.find_method("ball", "latin").title
     'one point in each row and column'
     """
-    check_choice("domain", domain, METHODS)
+    check_choice("domain", domain, DIMENSIONS)
+    for method in square.METHODS:
+        if (method.domain, method.name) == (domain, name):
+            return method
+    from lfssao.samples.methods import METHODS  # late: most renders take a method of the square
+
     check_choice(f"sampling of the {domain}", name, METHODS[domain])
     return METHODS[domain][name]
 

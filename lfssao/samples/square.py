@@ -11,7 +11,7 @@ from math import isqrt
 
 import numpy as np
 
-from lfssao.samples.kernels import ball, poisson, square, warp
+from lfssao.samples.kernels import ball, square
 from lfssao.samples.sets import SHELL, FloatArray, Method, fill
 
 # (n, seed, columns) -> (n, columns)
@@ -33,6 +33,24 @@ def _by(kernel: Callable[..., object]) -> Points:
     return lambda n, seed, columns: fill(kernel, (n, columns), np.uint64(seed))
 
 
+def _poisson(n: int, seed: int, columns: int) -> FloatArray:
+    from lfssao.samples.kernels import poisson  # late: of this method alone
+
+    return fill(poisson.poisson, (n, columns), np.uint64(seed))
+
+
+def _on_sphere(points: Points, n: int, seed: int) -> FloatArray:
+    from lfssao.samples.kernels import warp  # late: a render's samples are in the ball
+
+    return fill(warp.sphere_points, (n, 3), points(n, seed, 2))
+
+
+def _on_disk(points: Points, n: int, seed: int) -> FloatArray:
+    from lfssao.samples.kernels import warp  # late: a render's samples are in the ball
+
+    return fill(warp.disk_points, (n, 2), points(n, seed, 2))
+
+
 def _in_ball(points: Points, n: int, seed: int, r_min: float, r_max: float) -> FloatArray:
     return fill(ball.ball_points, (n, 3), points(n, seed, 3), r_min, r_max)
 
@@ -52,9 +70,9 @@ def _methods(
     always = ("inside", "distinct", "unbiased") if unbiased else ("inside", "distinct")
     makers: dict[str, tuple[Callable[..., FloatArray], tuple[str, ...]]] = {
         "square": (lambda n, seed: points(n, seed, 2), promises),
-        "sphere": (lambda n, seed: fill(warp.sphere_points, (n, 3), points(n, seed, 2)), sphere),
+        "sphere": (partial(_on_sphere, points), sphere),
         "ball": (partial(_in_ball, points), ()),
-        "disk": (lambda n, seed: fill(warp.disk_points, (n, 2), points(n, seed, 2)), ()),
+        "disk": (partial(_on_disk, points), ()),
     }
     return [
         Method(name, title, source, domain, make, (*always, *kept), SHELL if domain == "ball" else {}, prefix)
@@ -69,7 +87,7 @@ METHODS = (
               "LF section 6", _jittered, ("stratified",)),
     *_methods("latin", "one point in each row and column", "LF section 6", _by(square.latin), ("latin",)),
     *_methods("poisson", "Poisson disk set of exactly n points; distances wrap in xi_2", "LF section 6, Bridson 2007",
-              _by(poisson.poisson), ("poisson",), unbiased=False),
+              _poisson, ("poisson",), unbiased=False),
     *_methods("halton", "Halton's sequence in bases 2, 3 and 5, digits scrambled", "Halton 1960, Owen 1995",
               _by(square.halton_points), ("low-discrepancy",), prefix=True),
     *_methods("sobol", "Sobol's sequence, Owen-scrambled", "Sobol 1967, Owen 1995",

@@ -13,9 +13,9 @@ from lfssao import RayCaster, Settings, find_display, make_samples, module_views
 from lfssao.ao import ssao
 from lfssao.ao.estimators import neighbours
 from lfssao.errors import InputError
-from lfssao.rendering.neighbours import DepthCache, nearest_modules, textures_kept
+from lfssao.gbuffer.caster import DepthCache, textures_kept
 from lfssao.rendering.passes import render
-from lfssao.rendering.views import neighbour_views
+from lfssao.rendering.views import nearest_modules, neighbour_views
 
 SAMPLE_A = find_display("sample-a")
 

@@ -14,9 +14,9 @@ from lfssao.ao import post, ssao
 from lfssao.ao.estimators.neighbours import algorithm2_with_neighbours
 from lfssao.ao.estimators.registry import of_one_view
 from lfssao.cli.main import main
+from lfssao.gbuffer.caster import DepthCache
 from lfssao.optics.kernels.projection import CROSSED_SLITS
 from lfssao.optics.view import WorldToImage, seen_rows
-from lfssao.rendering.neighbours import DepthCache
 from lfssao.rendering.passes import occlusions, render_view
 from lfssao.rendering.plan import RULES, background, other_radii, planned, without_background
 from lfssao.rendering.views import module_views, neighbour_views

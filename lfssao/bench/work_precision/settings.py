@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from lfssao.ao.estimators.estimator import Estimator, FloatArray, Value
-from lfssao.samples.registry import METHODS, sample_set
+from lfssao.samples.methods import METHODS
+from lfssao.samples.registry import sample_set
 
 Variant = tuple[str | None, int | None]  # sampler and number of samples, None where the estimator makes its own
 # Points and weights, None where the estimator makes its own; and its parameters.

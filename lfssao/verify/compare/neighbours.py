@@ -11,8 +11,8 @@ from functools import lru_cache
 import numpy as np
 
 from lfssao.errors import InputError, LfssaoError
+from lfssao.gbuffer.caster import DepthCache
 from lfssao.optics.view import View
-from lfssao.rendering.neighbours import DepthCache
 from lfssao.verify.case import Array, Case, depth_of, described_view
 from lfssao.verify.compare.background import found_background, replaced
 from lfssao.verify.compare.layers import Layer, Matcher, Storage

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.samples import ROTATIONS, make_samples, sample_set, texel_turns
-from lfssao.samples.registry import METHODS
+from lfssao.samples.methods import METHODS
 from lfssao.samples.rotation import MOST_TILE
 from lfssao.verify.bounds.bounds import FloatArray
 

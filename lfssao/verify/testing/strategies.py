@@ -12,7 +12,8 @@ from lfssao.core.arguments import as_number, check_whole
 from lfssao.errors import InputError, check_choice, check_type, shown
 from lfssao.optics.camera import PROJECTIONS, Camera
 from lfssao.optics.display import Display, Module
-from lfssao.samples.registry import METHODS, MOST, sample_set
+from lfssao.samples.methods import METHODS
+from lfssao.samples.registry import MOST, sample_set
 from lfssao.samples.sets import SampleSet
 
 _SCREENS = ("flat", "convex", "concave", "conical")

@@ -18,11 +18,8 @@ from lfssao.core.affine import Matrix
 from lfssao.errors import InputError, check_choice, errors_of, no_such
 from lfssao.files.image_file import Size
 from lfssao.files.whole import check_folder
-from lfssao.optics.camera import PROJECTIONS, Camera
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import ViewSet, find_views
-from lfssao.optics.lenslet import LensletDisplay
-from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import MOST_GUARD, View, check_positions
 from lfssao.rendering import doubts, manifest
 from lfssao.rendering.job import Job
@@ -193,7 +190,7 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     }
     frames = tuple(boxes), transforms
     folder, quilts = Path(options.output or "."), _quilts(options, display, settings, mesh, len(views))
-    whole = isinstance(display, LensletDisplay) and len(views) == display.count
+    whole = isinstance(display, ViewSet) and display.KIND == "lenslet" and len(views) == display.count
     forms = {"png": options.png, "quilts": quilts, "panel": whole}
     return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, **forms)
 
@@ -219,6 +216,8 @@ def _frames(options: argparse.Namespace, mesh: Mesh) -> tuple[tuple[Matrix, ...]
 def _display(options: argparse.Namespace) -> Display | ViewSet:
     """The display that is asked for, a set of views as they are rendered; the options of a camera are checked too."""
     if options.camera is not None:
+        from lfssao.optics.camera import PROJECTIONS  # late: most jobs are of a display
+
         if options.camera not in PROJECTIONS:
             more = "" if options.scene is not None else "; SCENE goes before --camera"
             raise InputError(f"--camera: {no_such('projection', options.camera, PROJECTIONS)}{more}")
@@ -252,10 +251,13 @@ def _quilts(
 ) -> dict[str, str]:
     """Names of the pictures of all views of a quilt by layers; none by default where one is missing."""
     asked, kept = options.quilt, settings.kept
-    if not isinstance(display, Quilt) or count < display.count:
+    if not isinstance(display, ViewSet) or display.KIND != "quilt" or count < display.count:
         if asked is not None:
             raise InputError("--quilt is for all views of a quilt: it needs --display of one, and no --modules")
         return {}
+    from lfssao.optics.quilt import Quilt  # late: most displays have modules
+
+    assert isinstance(display, Quilt)
     shown = ["merged", "blurred", "shaded", *(["color"] if mesh.paint is not None else [])]
     layers = [name for name in shown if name in kept]
     layers += [f"ao_{k + 1}" for k in range(len(settings.radii)) if "ao" in kept]
@@ -299,6 +301,8 @@ def _views(
 ) -> tuple[list[View], list[tuple[View, ...]]]:
     """The views that are rendered, and for each module those of the modules that it asks."""
     if options.camera is not None:
+        from lfssao.optics.camera import Camera  # late: most jobs are of a display
+
         place = {name: getattr(options, name) for name in _PLACED}
         width, height = options.resolution or CAMERA_RESOLUTION
         if options.scene == "corner" and set(place.values()) == {None}:

@@ -25,9 +25,13 @@ def printable(text: str) -> str:
 
 def progress(*items: Any, **more: Any) -> Any:
     """A progress bar on a terminal, nothing in a pipe; ``with`` ends its line before a message."""
-    from lfssao.cli.bar import Bar  # late: the help of all commands needs none
+    if not sys.stderr.isatty():
+        from tqdm import tqdm  # late: the help of all commands needs none
 
-    return Bar(*items, **{"disable": None, **_size(), **more})
+        return tqdm(*items, **{**more, "disable": True})
+    from lfssao.cli.bar import Bar  # late: only terminals show bars
+
+    return Bar(*items, **{**_size(), **more})
 
 
 def working(what: str) -> Any:

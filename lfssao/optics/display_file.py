@@ -4,18 +4,19 @@ import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TypeVar, runtime_checkable
 
+from lfssao.core.affine import Matrix
 from lfssao.core.elementary import sincospi
 from lfssao.errors import InputError, check_choice, check_type, errors_of, no_such
 from lfssao.files.whole import read_text
 from lfssao.optics.display import Display, Module
-from lfssao.optics.lenslet import LensletDisplay
-from lfssao.optics.quilt import MOST_VIEWS, Quilt
-from lfssao.optics.view import finite_numbers
+from lfssao.optics.view import View, finite_numbers
 
-ViewSet = Quilt | LensletDisplay  # cameras' views that show a scene together, each by Algorithm 1
-Views = TypeVar("Views", Quilt, LensletDisplay)
+if TYPE_CHECKING:
+    from lfssao.optics.lenslet import LensletDisplay
+    from lfssao.optics.quilt import Quilt
+
 KINDS = "modules", "quilt", "lenslet"  # of displays in files
 
 _MISSING = object()
@@ -23,6 +24,53 @@ _MISSING = object()
 _MOST_BITS = 14_000  # of a whole number; of more Python refuses to write the digits
 _PRESETS = resources.files("lfssao.optics").joinpath("presets")
 MOST_MODULES = 10_000  # a hundred times the largest display that is published; beyond it the number is a slip
+
+
+@runtime_checkable
+class ViewSet(Protocol):
+    """Cameras' views that show a scene together, each by Algorithm 1: a ``Quilt``, or a ``LensletDisplay``'s lenses."""
+
+    KIND: ClassVar[str]
+    WORDS: ClassVar[tuple[str, str]]  # for one view, and for several
+    TITLE: ClassVar[str]
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def name(self) -> str:
+        """Its name in messages, files and the manifest."""
+
+    @property
+    def roi(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Lower and upper corner of the box of physical space that a scene is fitted into, metres."""
+
+    @property
+    def screen_width(self) -> float:
+        """Width of the screen, metres."""
+
+    @property
+    def screen_height(self) -> float:
+        """Height of the screen, metres."""
+
+    @property
+    def count(self) -> int:
+        """How many views there are."""
+
+    @property
+    def summary(self) -> str:
+        """Its parts in words."""
+
+    @property
+    def sizes(self) -> set[tuple[int, int]]:
+        """Width and height of its views, texels."""
+
+    def with_resolution(self, width: int, height: int) -> Self:
+        """The same with textures of another size, texels."""
+
+    def view(self, index: int, physical_from_world: Matrix, guard: int = 0) -> View:
+        """The view of a number, as of ``Display.view``."""
+
+
+Views = TypeVar("Views", bound=ViewSet)
 
 
 def display_names(kind: str = "modules") -> list[str]:
@@ -117,13 +165,17 @@ def parse_display(text: str, origin: str) -> Display | ViewSet:
     return display
 
 
-def _quilt(root: "Table") -> Quilt:
+def _quilt(root: "Table") -> "Quilt":
+    from lfssao.optics.quilt import MOST_VIEWS, Quilt  # late: most displays have modules
+
     numbers = "aspect", "screen_height", "field_of_view", "view_cone"
     counts = {key: root.whole(key, MOST_VIEWS) for key in ("columns", "rows")}
     return _view_set(Quilt, root, numbers, **counts, spacing=root.text("spacing", "ends"))
 
 
-def _lenslet(root: "Table") -> LensletDisplay:
+def _lenslet(root: "Table") -> "LensletDisplay":
+    from lfssao.optics.lenslet import LensletDisplay  # late: most displays have modules
+
     numbers = "panel_width", "panel_height", "lens_pitch", "image_pitch", "gap", "focal_length", "observer_distance"
     return _view_set(LensletDisplay, root, numbers, middle=root.text("middle", "lens"))
 
@@ -145,17 +197,19 @@ def _view_set(made: Callable[..., Views], root: "Table", numbers: Sequence[str],
     return views
 
 
-def set_of(values: Mapping[str, Any]) -> ViewSet | None:
+def set_of(values: Mapping[str, Any]) -> "Quilt | LensletDisplay | None":
     """The quilt or lenslet display that a manifest's ``values`` describe; None if they describe none.
 
     Whatever else than an InputError is raised, such as a KeyError, says that they are not what a display has.
     """
-    for made in (Quilt, LensletDisplay):
-        given = values.get(made.KIND)
-        if given is not None:
-            found: ViewSet = made(**{**given, "roi": tuple(map(tuple, given["roi"]))})
-            return found
-    return None
+    given = next((values[kind] for kind in KINDS if values.get(kind) is not None), None)
+    if given is None:
+        return None
+    from lfssao.optics.lenslet import LensletDisplay  # late: most displays have modules
+    from lfssao.optics.quilt import Quilt
+
+    numbers: Any = {**given, "roi": tuple(map(tuple, given["roi"]))}
+    return Quilt(**numbers) if values.get(Quilt.KIND) is not None else LensletDisplay(**numbers)
 
 
 def parse_toml(text: str, origin: str) -> dict[str, Any]:

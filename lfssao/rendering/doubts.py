@@ -14,7 +14,6 @@ import numpy as np
 from lfssao.errors import InputWarning
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import ViewSet
-from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.view import View
 from lfssao.rendering.settings import Settings, diagonal
 from lfssao.rendering.views import Box
@@ -38,8 +37,9 @@ def of_display(display: Display | ViewSet) -> Iterator[str]:
     if is_wide:
         size = f"{display.screen_width:g} x {display.screen_height:g}"
         yield f"display {display.name}: its screen is {size} metres large: did you mean millimetres?"
-    if isinstance(display, LensletDisplay) and not is_wide and display.lens_pitch > _WIDEST_LENS:
-        yield f"display {display.name}: its lenses are {display.lens_pitch:g} metres apart: did you mean millimetres?"
+    lens_pitch = getattr(display, "lens_pitch", 0.0)
+    if not is_wide and lens_pitch > _WIDEST_LENS:
+        yield f"display {display.name}: its lenses are {lens_pitch:g} metres apart: did you mean millimetres?"
     if is_wide or isinstance(display, ViewSet):
         return
     limit = min(_WIDEST, _FARTHEST * max(display.screen_width, display.screen_height))

@@ -14,7 +14,9 @@ from lfssao.errors import InputError, errors_of
 from lfssao.files.exr import read_exr, use_one_thread_a_file
 from lfssao.files.whole import read_json
 from lfssao.optics.display import Display
-from lfssao.optics.display_file import ViewSet, set_of
+from lfssao.optics.display_file import Views, set_of
+from lfssao.optics.lenslet import LensletDisplay
+from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import without_guard
 from lfssao.rendering.manifest import FORMAT, MANIFEST, digest, display_of
 from lfssao.rendering.views import chosen_modules
@@ -69,7 +71,9 @@ def entries_of(folder: Path, manifest: dict[str, Any]) -> dict[str, dict[str, An
     return entries
 
 
-def read_views(folder: Path, layer: str, modules: Any = None) -> tuple[Display | ViewSet, dict[int, dict[str, Any]]]:
+def read_views(
+    folder: Path, layer: str, modules: Any = None
+) -> tuple[Display | Quilt | LensletDisplay, dict[int, dict[str, Any]]]:
     """The display of a folder's textures, and the manifest's entry of each module, which has the layer (InputError).
 
     Views of a quilt and lenses of a lenslet display are its modules. ``modules`` are the numbers of those that are
@@ -95,7 +99,7 @@ def read_views(folder: Path, layer: str, modules: Any = None) -> tuple[Display |
     return display, entries
 
 
-def _of_views(views: ViewSet, entries: dict[int, dict[str, Any]]) -> ViewSet:
+def _of_views(views: Views, entries: dict[int, dict[str, Any]]) -> Views:
     """The set of views of a manifest, if its ``entries``, by number, are such; ValueError if they are not."""
     sizes = {tuple(e["view"][k] - 2 * e["view"].get("guard", 0) for k in ("width", "height")) for e in entries.values()}
     if not set(entries) <= set(range(views.count)) or not sizes <= views.sizes:

@@ -22,9 +22,7 @@ from lfssao.errors import InputError
 from lfssao.files.exr import Part, is_sealed, read_exr, write_exr
 from lfssao.files.srgb import to_codes
 from lfssao.files.whole import remove_leftovers, write_text, write_whole
-from lfssao.optics.display_file import set_of
-from lfssao.optics.lenslet import LensletDisplay
-from lfssao.optics.quilt import Quilt
+from lfssao.optics.display_file import ViewSet, set_of
 from lfssao.optics.view import View, without_guard
 from lfssao.rendering import doubts, plan
 from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip, white, with_ao
@@ -215,17 +213,24 @@ def write_frame(
     }
     write_manifest(folder, manifest, job.settings)
     views = set_of(job.head)
-    if isinstance(views, Quilt):
-        from lfssao.rendering.quilts import write_quilts  # late: most displays have modules
-
-        write_quilts(folder, job.quilts, entries, views.columns, views.rows)
-    if job.panel and isinstance(views, LensletDisplay):
-        from lfssao.rendering.panels import write_panel  # late: most displays have modules
-
-        write_panel(folder, views, entries)
+    if views is not None:
+        _write_joint_files(job, folder, views, entries)
     if job.has_view:
         write_whole(folder / VIEW, partial(_view(job, results, field).save, compress_level=1))
     return with_ao(strips[len(strips) // 2][1]) if strips else None
+
+
+def _write_joint_files(job: Job, folder: Path, views: ViewSet, entries: Sequence[dict[str, Any]]) -> None:
+    """Write pictures of all views of a quilt, or the one texture of a lenslet display's panel."""
+    from lfssao.optics.lenslet import LensletDisplay  # late, as all here: most displays have modules
+    from lfssao.optics.quilt import Quilt
+    from lfssao.rendering.panels import write_panel
+    from lfssao.rendering.quilts import write_quilts
+
+    if isinstance(views, Quilt):
+        write_quilts(folder, job.quilts, entries, views.columns, views.rows)
+    if job.panel and isinstance(views, LensletDisplay):
+        write_panel(folder, views, entries)
 
 
 def _view(job: Job, results: Sequence[Result], field: LightField | None) -> Image:

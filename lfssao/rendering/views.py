@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,12 @@ from lfssao.core.arguments import as_whole
 from lfssao.errors import InputError, shown
 from lfssao.optics.display import Display, fit_roi
 from lfssao.optics.display_file import ViewSet, find_display, find_views
-from lfssao.optics.lenslet import LensletDisplay
 from lfssao.optics.view import View, box_of, check_positions
 from lfssao.scene.builtin import find_scene
 from lfssao.scene.mesh import Mesh
+
+if TYPE_CHECKING:
+    from lfssao.optics.lenslet import LensletDisplay
 
 Box = NDArray[np.float64]  # (2, 3): lower and upper corner
 
@@ -76,20 +78,22 @@ def neighbour_views(
     wanted = chosen_modules(display, modules)
     if count == 0:
         return [()] * len(wanted)
+    from lfssao.optics.lenslet import LensletDisplay  # late: few jobs ask neighbours
+
     display = display if isinstance(display, LensletDisplay) else find_display(display)
     views = module_views(mesh, display, None, guard, bounds)
     return [tuple(views[k] for k in nearest_modules(display, index, count)) for index in wanted]
 
 
-def nearest_modules(display: Display | LensletDisplay, index: int, count: int) -> list[int]:
+def nearest_modules(display: "Display | LensletDisplay", index: int, count: int) -> list[int]:
     """Modules whose lenses are nearest to one's, without itself; of equals the lower first. InputError if too few.
 
     The lenses of a lenslet display are its modules.
     """
-    if isinstance(display, LensletDisplay):
-        lenses, (one, several) = display.lenses, display.WORDS
-    else:
+    if isinstance(display, Display):
         lenses, (one, several) = [(m.x, m.y, m.z) for m in display.modules], ("module", "modules")
+    else:
+        lenses, (one, several) = display.lenses, display.WORDS
     others = len(lenses) - 1
     if not 0 <= count <= others:
         raise InputError(f"neighbours is {count}: {display.name} has {others} {several} besides {one} {index}")

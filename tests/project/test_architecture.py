@@ -206,6 +206,23 @@ def test_imports_have_no_circle():
     TopologicalSorter(graph).prepare()
 
 
+def modules_of_command(*words):
+    """How many modules of the package a command has loaded when it ends."""
+    script = """import sys
+from lfssao.cli.main import main
+assert main(sys.argv[1:]) == 0
+print(sum(name.partition('.')[0] == 'lfssao' for name in sys.modules))"""
+    return int(python("-c", script, *words).stdout.splitlines()[-1])
+
+
+def test_commands_load_few_modules(tmp_path):
+    """A render of a whole display, with the picture that an eye sees, and a comparison of its folder."""
+    folder = str(tmp_path / "made")
+    assert modules_of_command("render", "corner", "--resolution", "32x24", "-o", folder) <= 90
+    assert (tmp_path / "made" / "view.png").exists()
+    assert modules_of_command("compare", folder, folder) <= 140
+
+
 # Sizes
 
 

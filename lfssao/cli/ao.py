@@ -87,7 +87,8 @@ def _ao(options: argparse.Namespace) -> None:
         raise InputError(f"--output: {target} is an input, give another folder")
     check_folder(options.output)
     depth, margins = _read("depth", options.depth, rules)
-    size, guard = depth.shape[::-1], guard_of(margins)
+    size = depth.shape[::-1]
+    guard = guard_of(margins)
     sampling, settings = ao_settings(options, options.radii, {size}, normals=kind, layers=layers)
     said = read_description(options.buffers, options.view or options.depth.stem, (*size, guard))
     textures = {"depth": _numbers("depth", options.depth, depth, said.depth_bits)}

@@ -36,8 +36,10 @@ def _measure(options: argparse.Namespace) -> None:
     if options.threads > numba.config.NUMBA_NUM_THREADS:
         raise InputError(f"--threads: {options.threads} are more than the {numba.config.NUMBA_NUM_THREADS} there are")
     check_folder(options.output)
-    meshes, grid = [find_scene(name) for name in options.scene], QUICK if options.quick else FULL
-    file, result = options.output / FIGURES, run.start(meshes, grid, options.threads)
+    meshes = [find_scene(name) for name in options.scene]
+    grid = QUICK if options.quick else FULL
+    file = options.output / FIGURES
+    result = run.start(meshes, grid, options.threads)
     if file.exists():  # of the same run, to go on with
         held = read_result(file)
         if held["setup"] != result["setup"]:

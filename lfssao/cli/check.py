@@ -27,7 +27,8 @@ def add_to(check: argparse.ArgumentParser) -> None:
 def _check(options: argparse.Namespace) -> int:
     if options.json not in (None, "-"):
         values.check_target("--json", Path(options.json), (".json",))
-    expected, machine = expected_digests(), describe_machine(1)
+    expected = expected_digests()
+    machine = describe_machine(1)
     with progress(found_digests(), total=len(expected), desc="checking") as cases:
         found = dict(cases)
     other = [name for name in {**expected, **found} if found.get(name) != expected.get(name)]

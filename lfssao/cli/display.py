@@ -25,7 +25,8 @@ def _display(options: argparse.Namespace) -> None:
         if options.plot is not None:
             raise InputError("--plot needs the NAME of a display")
         for name in [name for kind in KINDS for name in display_names(kind)]:
-            shown, about = find_views(name), display_text(name).split("\n", 1)[0].removeprefix("# ")
+            shown = find_views(name)
+            about = display_text(name).split("\n", 1)[0].removeprefix("# ")
             size = f"{shown.screen_width:.3g} x {shown.screen_height:.3g} m"
             if isinstance(shown, ViewSet):
                 print(f"{name}: {about} {size}, {shown.summary}")

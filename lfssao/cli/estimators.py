@@ -69,7 +69,8 @@ def _found(path: Path, estimator: Estimator) -> Iterator[str]:
     from lfssao.ao.formulas import Seen, words_of
     from lfssao.verify.bounds.points import point_bounds
 
-    buffers, samples = few_texels(), estimator.default_samples()
+    buffers = few_texels()
+    samples = estimator.default_samples()
     if estimator.formulas is None:
         yield "no formulas: no intervals, and its errors are searched by running it"
         return
@@ -115,7 +116,8 @@ def take_published(options: argparse.Namespace) -> dict[str, Value]:
     if options.estimator not in (None, shader.estimator):
         raise InputError(f"--estimator: {options.estimator}, and --like {options.like} is {shader.estimator}")
     own_rotation = options.rotate in (None, shader.rotate)
-    options.estimator, options.rotate = shader.estimator, options.rotate or shader.rotate
+    options.estimator = shader.estimator
+    options.rotate = options.rotate or shader.rotate
     if options.samples is None and shader.samples is not None:
         try:
             options.samples = values.samples(str(shader.samples))

@@ -174,7 +174,8 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
     transforms, boxes, whole_box = _frames(options, mesh)
     views, neighbours = _views(options, mesh, display, whole_box)
     for width, height in {(view.width, view.height) for view in views}:
-        texel_bytes, bent = find_estimator(settings.estimator).texel_bytes, "bent" in settings.kept
+        texel_bytes = find_estimator(settings.estimator).texel_bytes
+        bent = "bent" in settings.kept
         check_memory(width, height, len(settings.radii), texel_bytes, bent)
     doubts.warn(doubts.of_display(display))
     doubts.warn(doubts.of_radii(mesh, views, settings, boxes))
@@ -189,7 +190,8 @@ def job_of(options: argparse.Namespace, threads: int) -> Job:
         "settings": manifest.describe_settings(settings),
     }
     frames = tuple(boxes), transforms
-    folder, quilts = Path(options.output or "."), _quilts(options, display, settings, mesh, len(views))
+    folder = Path(options.output or ".")
+    quilts = _quilts(options, display, settings, mesh, len(views))
     whole = isinstance(display, ViewSet) and display.KIND == "lenslet" and len(views) == display.count
     forms = {"png": options.png, "quilts": quilts, "panel": whole}
     return Job(mesh, tuple(views), settings, folder, head, tuple(neighbours), *frames, **forms)
@@ -250,7 +252,8 @@ def _quilts(
     options: argparse.Namespace, display: Display | ViewSet, settings: Settings, mesh: Mesh, count: int
 ) -> dict[str, str]:
     """Names of the pictures of all views of a quilt by layers; none by default where one is missing."""
-    asked, kept = options.quilt, settings.kept
+    asked = options.quilt
+    kept = settings.kept
     if not isinstance(display, ViewSet) or display.KIND != "quilt" or count < display.count:
         if asked is not None:
             raise InputError("--quilt is for all views of a quilt: it needs --display of one, and no --modules")

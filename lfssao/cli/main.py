@@ -57,7 +57,8 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, file: str = "", text: str = "", **more: Any) -> None:
         super().__init__(allow_abbrev=False, **more)
-        self._file, self._text = file, files("lfssao.cli") / "help" / f"{text or file or 'none'}.txt"
+        self._file = file
+        self._text = files("lfssao.cli") / "help" / f"{text or file or 'none'}.txt"
         self._commands: Any = None
 
     def add_subparsers(self, **more: Any) -> Any:
@@ -184,7 +185,8 @@ def _said_once() -> Iterator[None]:
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", InputWarning)
-        others, warnings.showwarning = warnings.showwarning, show
+        others = warnings.showwarning
+        warnings.showwarning = show
         yield
 
 

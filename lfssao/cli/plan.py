@@ -33,7 +33,8 @@ def _plan(options: argparse.Namespace) -> None:
     # The middle one of the views that see the scene in the first frame; of all if none does.
     views = range(len(job.views))
     seen = [k for k in views if seen_rows(job.views[k], job.boxes[0])] or list(views)
-    item, renderer = Item(0, seen[len(seen) // 2]), Renderer(job, threads)
+    item = Item(0, seen[len(seen) // 2])
+    renderer = Renderer(job, threads)
     view = job.views[item.view]
     with working("render and measure one view"):
         renderer.textures(item)  # compiles or loads the kernels

@@ -43,7 +43,9 @@ def _render(options: argparse.Namespace) -> None:
     if options.scheduler is not None and find_estimator(job.settings.estimator).text:
         raise InputError("--scheduler: its workers do not know an estimator of one's own, leave one of the two out")
     seconds = {"load": time.perf_counter() - start}
-    total, executor, sent = len(job.items()), None, job
+    total = len(job.items())
+    executor = None
+    sent = job
     verifying = partial(progress, total=total, desc="verify", unit="module")
     found = recover(job, threads, verifying) if options.resume else {}
     with ExitStack() as stack:

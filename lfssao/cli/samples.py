@@ -61,7 +61,8 @@ def add_to(command: argparse.ArgumentParser) -> None:
 
 
 def _add_set(parser: argparse.ArgumentParser) -> None:
-    add, points = parser.add_argument, f"points, up to {MOST_SAMPLES} (default: 8)"
+    add = parser.add_argument
+    points = f"points, up to {MOST_SAMPLES} (default: 8)"
     add("-n", type=values.samples, default=8, metavar="N", help=points)
     add("--seed", type=values.seed, default=0, metavar="N", help="0 to 2**64 - 1 (default: 0)")
     domains = "square, sphere, ball or disk (default: ball, or disk for a method that has no ball)"
@@ -85,7 +86,8 @@ def _range(text: str) -> tuple[float, float]:
 
 
 def _sample_set(options: argparse.Namespace) -> SampleSet:
-    domain, method = options.domain, options.method
+    domain = options.domain
+    method = options.method
     if domain is None:
         domain = "disk" if method in METHODS["disk"] and method not in METHODS["ball"] else "ball"
     more: dict[str, Any] = {}
@@ -139,13 +141,16 @@ def _check(options: argparse.Namespace) -> int:
             print(f"{name}: {promise.title} ({', '.join(promise.domains)})")
         return 0
     sets, named = _read_files(options.files)
-    kept, tells, source = True, True, "--promise" if options.promise else options.files[0]
+    kept = True
+    tells = True
+    source = "--promise" if options.promise else options.files[0]
     for text in options.promise or ("inside", "distinct", "uniform"):
         with errors_of(source):
             name, domain = _promise(text, sets[0].points.shape[1], named)
         points = [made.points for made in _moved(options, sets, domain, named)]
         with errors_of(source):
-            weights, shell = [made.weights for made in sets], (options.r_min, options.r_max)
+            weights = [made.weights for made in sets]
+            shell = (options.r_min, options.r_max)
             findings = check_promise(name, points, domain, weights, *shell, alarm=options.alarm)
         for finding in findings:
             file = "" if finding.worst is None else f" ({printable(sets[finding.worst].method)})"
@@ -153,7 +158,8 @@ def _check(options: argparse.Namespace) -> int:
         if findings.hint and options.range is None:
             say("all points lie in [0, 1], and the domain reaches from -1 to 1: --range 0,1, if they fill that")
             options.range = (-1.0, 1.0)  # said once
-        kept, tells = kept and findings.holds, tells and findings.tells
+        kept = kept and findings.holds
+        tells = tells and findings.tells
     if not tells:
         print("the sets of more seeds, or a larger --alarm, would tell more")
     return 0 if kept else BROKEN
@@ -164,7 +170,8 @@ def _read_files(patterns: list[str]) -> tuple[list[SampleSet], str | None]:
     paths = [Path(name) for p in patterns for name in ([p] if Path(p).exists() else sorted(glob(p)) or [p])]
     files = [read_stream(sys.stdin.buffer.read()) if str(path) == "-" else read_sets(path) for path in paths]
     points, _, named = files[0]
-    domain, out = named or ("ball" if points.shape[2] == 3 else "square"), []
+    domain = named or ("ball" if points.shape[2] == 3 else "square")
+    out = []
     for path, (tables, weights, _) in zip(paths, files, strict=True):
         name = "standard input" if str(path) == "-" else str(path)
         for number, table in enumerate(tables):

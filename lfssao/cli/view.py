@@ -26,7 +26,9 @@ from lfssao.rendering.output import SHEET, VIEW
 from lfssao.rendering.page.page import eye_page
 from lfssao.rendering.viewer import BLENDS, LightField, Photograph, eye_point, eye_range
 
-MOST_WIDTH, WIDTH, PAGE_WIDTH = 16_384, 1024, 900
+MOST_WIDTH = 16_384
+WIDTH = 1024
+PAGE_WIDTH = 900
 MOST_FRAMES = 1000
 FRAMES = 24
 
@@ -74,7 +76,8 @@ def _view(options: argparse.Namespace) -> None:
     if options.html is not None:
         _write_page(options)
         return
-    folder, animated = Path(options.folder), options.orbit is not None
+    folder = Path(options.folder)
+    animated = options.orbit is not None
     if not os.path.isdir(folder):  # Path's raises where a name is too long
         raise InputError(f"{folder}: there is no such folder; 'lfssao render -o {folder}' makes one")
     if animated and options.eye_x is not None:
@@ -136,7 +139,8 @@ def _lenses(display: LensletDisplay, entries: dict[int, dict[str, Any]], options
         raise InputError(f"--blend is for displays of modules: an eye sees the lenses of {display.name} as they are")
     if options.distance is not None:
         display = replace(display, observer_distance=options.distance)
-    box, eye_y = display.eye_box, options.eye_y or 0.0
+    box = display.eye_box
+    eye_y = options.eye_y or 0.0
     if options.orbit is not None and not box > 0:
         raise InputError(f"--orbit: there is no eye that sees each lens of {display.name} show its own image alone")
     eyes = [options.eye_x or 0.0] if options.orbit is None else _there(-box, box, options)
@@ -178,7 +182,8 @@ def _write_page(options: argparse.Namespace) -> None:
 
 def _pictures(scene: _Scene) -> list[Image.Image]:
     """The pictures as Pillow has them, 8-bit sRGB; visibility is shown as it is, 0 black and 1 white, not as light."""
-    pictures, dark = [], 0
+    pictures = []
+    dark = 0
     with progress(scene.eyes, desc="view", unit="frame", disable=None if len(scene.eyes) > 1 else True) as bar:
         for eye in bar:
             shot = scene.photograph(eye)

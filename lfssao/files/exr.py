@@ -100,7 +100,8 @@ def _check_part(label: str, part: Part) -> None:
     for field_name, kind in _KINDS.items():
         check_type(f"{label}: {field_name}", getattr(part, field_name), kind)
     check_unmasked(label, part.pixels)
-    shape, dtype = np.shape(part.pixels), part.pixels.dtype
+    shape = np.shape(part.pixels)
+    dtype = part.pixels.dtype
     if dtype != np.float32:  # anything else would be rounded
         raise InputError(f"{label} is of {dtype}, expected float32")
     if len(shape) != 3 or shape[2] != len(part.channels) or 0 in shape:
@@ -147,7 +148,8 @@ def _spec(part: Part) -> Any:
     spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT)
     spec.channelnames = part.channels
     spec.x = spec.y = -part.guard
-    spec.full_width, spec.full_height = width - 2 * part.guard, height - 2 * part.guard
+    spec.full_width = width - 2 * part.guard
+    spec.full_height = height - 2 * part.guard
     spec.attribute("name", part.name)
     spec.attribute("compression", part.compression)
     spec.attribute("DateTime", "")  # else the bytes depend on the time

@@ -127,7 +127,8 @@ def _check_sizes(path: Path, specs: list[Any]) -> None:
 
 def _bytes_in_memory(spec: Any) -> int:
     """Bytes that reading a part takes; tiles are read whole, and a tile may be larger than its image."""
-    columns, lines = max(spec.tile_width, 1), max(spec.tile_height, 1)
+    columns = max(spec.tile_width, 1)
+    lines = max(spec.tile_height, 1)
     texels = -(-spec.width // columns) * columns * -(-spec.height // lines) * lines
     return int(texels * spec.pixel_bytes(True))
 
@@ -137,7 +138,8 @@ def _read_part(path: Path, source: Any, number: int, spec: Any, decoded: bool) -
     types = [str(t) for t in spec.channelformats] or [str(spec.format)] * spec.nchannels
     planes: list[NDArray[Any]] = []
     for kind, channels in groupby(types):
-        begin, count = len(planes), len(list(channels))
+        begin = len(planes)
+        count = len(list(channels))
         if not decoded:
             planes += [np.broadcast_to(np.zeros(1, _DTYPES.get(kind, kind)), (spec.height, spec.width))] * count
             continue
@@ -173,8 +175,10 @@ def _seen_size(path: Path, spec: Any) -> Size:
 
 def _margins(spec: Any, turned: bool, mirrored: bool, upwards: bool) -> Margins:
     """Texels that the data window has beyond the display window on each side, as it is seen."""
-    left, above = spec.full_x - spec.x, spec.full_y - spec.y
-    right, below = spec.width - spec.full_width - left, spec.height - spec.full_height - above
+    left = spec.full_x - spec.x
+    above = spec.full_y - spec.y
+    right = spec.width - spec.full_width - left
+    below = spec.height - spec.full_height - above
     if turned:
         left, above, right, below = above, left, below, right
     left, right = (right, left) if mirrored else (left, right)

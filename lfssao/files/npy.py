@@ -32,7 +32,8 @@ def read_npy(path: Path) -> NDArray[Any]:
         begin = stream.tell()
         if dtype.kind not in "fiu" or dtype.itemsize > 8 or min(shape, default=1) < 0:
             raise InputError(f"{path}: it holds {dtype} {shape}, expected numbers")
-        needed, there = prod(shape) * dtype.itemsize, path.stat().st_size - begin
+        needed = prod(shape) * dtype.itemsize
+        there = path.stat().st_size - begin
         if needed != there:
             raise InputError(f"{path}: it is damaged (shape {shape} needs {needed} bytes, has {there})")
         check_available(f"{path}: its numbers", needed)

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 Codes = NDArray[np.uint8]
 
 _MARGIN = 8
-_NEAR, _FAR, _NOTHING = 235, 40, 255
+_NEAR = 235
+_FAR = 40
+_NOTHING = 255
 
 
 def figure_png(figure: "Figure") -> bytes:
@@ -55,7 +57,8 @@ def depth_codes(depth: NDArray[np.floating[Any]]) -> Codes:
     seen = np.isfinite(depth)
     codes = np.full(depth.shape, float(_NOTHING))
     if seen.any():
-        near, far = float(depth[seen].min()), float(depth[seen].max())
+        near = float(depth[seen].min())
+        far = float(depth[seen].max())
         relative = (depth[seen].astype(np.float64) - near) / ((far - near) or 1.0)
         codes[seen] = _NEAR + (_FAR - _NEAR) * relative
     return _grey(codes)

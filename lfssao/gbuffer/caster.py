@@ -172,15 +172,20 @@ class RayCaster:
         rows = range(view.height) if rows is None else rows
         if not isinstance(rows, range) or not 0 <= rows.start <= rows.stop <= view.height or rows.step != 1:
             raise InputError(f"rows is {shown(rows)}, it must be a part of range({view.height})")
-        part, colored = slice(rows.start, rows.stop), color is not None and self._material is not None
-        depth, triangle = _texture(view, rows, np.inf), _texture(view, rows, -1, dtype=np.int32)
+        part = slice(rows.start, rows.stop)
+        colored = color is not None and self._material is not None
+        depth = _texture(view, rows, np.inf)
+        triangle = _texture(view, rows, -1, dtype=np.int32)
         places = _texture(view, rows, np.inf, 3) if positions else None
         rgb = _texture(view, rows, 0, 3) if colored else None
         directions = None if normals is None else _texture(view, rows, 0, 3)
         if rows:
-            seen, mesh, z = triangle[part], self.mesh, np.empty((len(rows), view.width))
+            seen = triangle[part]
+            mesh = self.mesh
+            z = np.empty((len(rows), view.width))
             at = np.empty((0, 0, 3), np.float32) if places is None else places[part]
-            rays, world = view.rays, np.ravel(view.world_from_cast)
+            rays = view.rays
+            world = np.ravel(view.world_from_cast)
             smooth = normals == "smooth" and mesh.normals is not None
             weights = np.empty((*seen.shape, 2) if caster == "embree" or colored or smooth else (0, 0, 2))
             if caster == "embree":
@@ -205,8 +210,11 @@ class RayCaster:
         ``lines``, (n, 8) float64, are the points at t = 0 and 1, of which the second has the larger z, and the least
         and greatest t; t is (n,) float64.
         """
-        origin, direction, (near, far) = lines[:, :3], lines[:, 3:6] - lines[:, :3], lines[:, 6:].T
-        z, slope = origin[:, 2], direction[:, 2]
+        origin = lines[:, :3]
+        direction = lines[:, 3:6] - lines[:, :3]
+        near, far = lines[:, 6:].T
+        z = origin[:, 2]
+        slope = direction[:, 2]
         across = direction[:, :2] / slope[:, None]
         ends = np.stack([z + near * slope, z + far * slope], axis=1)
         given = np.ascontiguousarray(np.hstack([origin[:, :2] - across * z[:, None], across, ends]))
@@ -220,7 +228,8 @@ class RayCaster:
         if candidates is not None and candidates.pairs <= rasterize.MOST_PAIRS * triangle.size:
             rasterize.first_hits(candidates, self._tree, triangle, z)
         else:
-            size, tree = (view.width, len(rows)), self._tree.arrays
+            size = (view.width, len(rows))
+            tree = self._tree.arrays
             likely = self._seen_by_embree(view, rows, first_hit.TILE, embree_installed())  # first in each tile
             first_hit.first_hits(view.rays, *size, tree, likely, triangle, z, rows.start)
 
@@ -231,7 +240,8 @@ class RayCaster:
             return np.full(shape, -1, np.int32)
         require_embree()
         n = shape[0] * shape[1]
-        cells, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
+        cells = np.empty(n, np.int32)
+        lengths = np.empty(n, np.float32)
         origins, directions = np.empty((2, n, 3), np.float32)
         made = cells, origins, directions, lengths
         n = make_rays(view.rays, self._tree.bounds, view.width, len(rows), step, *made, rows.start)
@@ -248,7 +258,8 @@ class RayCaster:
         self, origins: NDArray[np.float32], directions: NDArray[np.float32], lengths: NDArray[np.float32]
     ) -> NDArray[np.int32]:
         """Number of the first triangle along each ray, -1 where there is none."""
-        hit, scene = np.empty(len(origins), np.int32), self._scene
+        hit = np.empty(len(origins), np.int32)
+        scene = self._scene
 
         def trace(start: int, stop: int) -> None:
             part = slice(start, stop)

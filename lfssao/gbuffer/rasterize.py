@@ -33,7 +33,8 @@ def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates |
     """Texels of some rows in which each triangle can be hit; None on displays whose rays are not separable."""
     if view.rays.kind == DISPLAY:
         return None
-    columns, lines = np.empty((2, view.width)), np.empty((2, len(rows)))
+    columns = np.empty((2, view.width))
+    lines = np.empty((2, len(rows)))
     near, far = rasterize.separable_rays(view.rays, columns, lines, rows.start)
     # Bounds of the numbers that x and y are made of: the corners', the rays', and the lens' and observers' places.
     # These are within |o| + |d| far of the rays'; rounding of o counts |z| / far times in d z.
@@ -41,7 +42,8 @@ def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates |
     rays = (np.abs(table).max(axis=1).tolist() for table in (columns, lines))
     scales = (x + 2 * (o * (1 + z / far) + d * (z + far)) for x, (o, d) in zip(places, rays, strict=True))
     axes = image_axes(view, rows, *scales)
-    corner_texels, bounds = np.empty((len(tree.vertices), 4), np.int32), np.empty((len(tree.faces), 4), np.int32)
+    corner_texels = np.empty((len(tree.vertices), 4), np.int32)
+    bounds = np.empty((len(tree.faces), 4), np.int32)
     size = view.width, len(rows)
     rasterize.bound_corners(*size, *axes, tree.vertices, corner_texels)
     rasterize.bound_triangles(*size, tree.faces, corner_texels, bounds)
@@ -66,12 +68,14 @@ def image_axes(view: View, rows: range, scale_x: float, scale_y: float) -> list[
     largest = np.inf
     if view.rays.kind == CROSSED_SLITS:
         m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = FlatModule(*view.lens.tolist())
-        u, v = (1.0, -1.0 / m_z, m_x, u_scale, u_0), (1.0, -1.0 / z_o, y_o, v_scale, v_0)
+        u = (1.0, -1.0 / m_z, m_x, u_scale, u_0)
+        v = (1.0, -1.0 / z_o, y_o, v_scale, v_0)
         largest = _LARGEST_R
     else:
         camera = Pinhole(*view.lens.tolist())
         alpha, beta = (1.0, 0.0) if camera.orthographic else (0.0, 1.0)
-        u, v = (alpha, beta, 0.0, camera.f_u, camera.c_u), (alpha, beta, 0.0, -camera.f_v, camera.c_v)
+        u = (alpha, beta, 0.0, camera.f_u, camera.c_u)
+        v = (alpha, beta, 0.0, -camera.f_v, camera.c_v)
     axes = []
     for (alpha, beta, c, a, b), first, scale in ((u, 0, scale_x), (v, rows.start, scale_y)):
         limit = min(largest, 2.0**-12 / (_ROUNDING * scale * abs(a)))

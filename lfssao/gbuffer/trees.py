@@ -22,7 +22,8 @@ class TriangleTree:
         codes = np.empty(len(faces), np.uint64)
         bvh.morton_codes(vertices, faces, low, high - low, codes)
         order = np.argsort(codes, kind="stable")
-        self.vertices, self.faces = vertices, faces[order]
+        self.vertices = vertices
+        self.faces = faces[order]
         place_of = np.empty_like(order)
         place_of[order] = np.arange(len(faces))
         corners = np.ascontiguousarray(vertices[self.faces].reshape(-1, 9))

@@ -85,10 +85,12 @@ class Camera:
         width, height, depth = (box[1] - box[0]).tolist()
         extent = 1.1 * max(height, rows / columns * width, 1e-3 * depth)
         distance = 2.5 * extent + 0.5 * depth
-        before, behind = distance - 0.5 * depth, distance + 0.5 * depth
+        before = distance - 0.5 * depth
+        behind = distance + 0.5 * depth
         if projection == "perspective":  # the box's near face looks larger than its middle
             extent = extent * (distance / before)
-        eye, target = (x, y, z + distance), (x, y, z)
+        eye = (x, y, z + distance)
+        target = (x, y, z)
         return cls(projection, eye, target, (0.0, 1.0, 0.0), extent, near=0.9 * before, far=1.1 * behind)
 
     @classmethod
@@ -118,7 +120,8 @@ class Camera:
             return usual
         made = replace(usual, **given)
         forward = np.subtract(made.target, made.eye)
-        distance, extent = _length(forward), usual.extent
+        distance = _length(forward)
+        extent = usual.extent
         if fov is not None:
             if projection != "perspective" or not 0 < as_number(fov) < 180:
                 raise InputError(f"camera: fov is {shown(fov)}, it must be 0 to 180 degrees of a perspective camera")
@@ -151,7 +154,8 @@ class Camera:
         distance = _length(np.subtract(self.target, self.eye)) if perspective else 1.0
         f_v = height / self.extent * distance
         f_u = f_v if aspect is None else width / (self.extent * aspect) * distance
-        c_u, c_v = width / 2 + guard + f_u * (shift / distance), height / 2 + guard
+        c_u = width / 2 + guard + f_u * (shift / distance)
+        c_v = height / 2 + guard
         lens = np.array([f_u, f_v, c_u, c_v, self.near, self.far, float(not perspective), 0.0])
         return pinhole_view(lens, eye_from_world, width + 2 * guard, height + 2 * guard, guard)
 
@@ -197,17 +201,26 @@ def view_of_matrix(matrix: Matrix, width: int, height: int, guard: int = 0, axis
     a, b, c, q = rows / (_length(rows[3]) if perspective else rows[3, 3] or 1.0)
     with np.errstate(all="ignore"):  # refused below
         if perspective:
-            forward, c_u, c_v, slope = q, _dot(a, q), _dot(b, q), _dot(c, q)
+            forward = q
+            c_u = _dot(a, q)
+            c_v = _dot(b, q)
+            slope = _dot(c, q)
             offset = slope * q[3] - c[3]
-            near, far = offset / slope, offset / (slope - 1) if slope > 1 else _ENDLESS * offset
+            near = offset / slope
+            far = offset / (slope - 1) if slope > 1 else _ENDLESS * offset
             off_axis = c - slope * q
         else:
-            slope, c_u, c_v = np.float64(_length(c)), width / 2, height / 2
+            slope = np.float64(_length(c))
+            c_u = width / 2
+            c_v = height / 2
             forward = c / slope if axis is None else axis
             near = forward[3] - c[3] / slope
-            far, off_axis = near + 1 / slope, c / slope - forward
-        x, y = a - c_u * q, c_v * q - b
-        f_u, f_v = _length(x), _length(y)
+            far = near + 1 / slope
+            off_axis = c / slope - forward
+        x = a - c_u * q
+        y = c_v * q - b
+        f_u = _length(x)
+        f_v = _length(y)
         eye_from_world = np.array([x / f_u, y / f_v, forward])
         skews = *(_dot(*eye_from_world[list(pair)]) for pair in ((0, 1), (0, 2), (1, 2))), *off_axis[:3]
     if not np.isfinite(eye_from_world).all() or not abs(determinant(eye_from_world)) > _SKEW:
@@ -241,8 +254,10 @@ _ENDLESS = 2.0**60  # so far away that depth has the bits of an infinite far pla
 
 def pinhole_view(lens: NDArray[np.float64], eye_from_world: Matrix, width: int, height: int, guard: int) -> View:
     """The view of a camera's numbers, (8,): ``lfssao.optics.kernels.rays.Pinhole``; sizes include the guard band."""
-    world_from_eye, (screen_from_eye, eye_from_screen) = invert_affine(eye_from_world), screen_matrices(lens.tolist())
-    kind, screen_z = PROJECTIONS[int(lens[6])], "screen space z: 0 at the near plane, 1 at the far plane"
+    world_from_eye = invert_affine(eye_from_world)
+    screen_from_eye, eye_from_screen = screen_matrices(lens.tolist())
+    kind = PROJECTIONS[int(lens[6])]
+    screen_z = "screen space z: 0 at the near plane, 1 at the far plane"
     return View(
         name="camera",
         width=width,

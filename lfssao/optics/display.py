@@ -5,7 +5,7 @@ Physical space: metres, X right along the observer line, Y up, Z away from the v
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite, isnan, sqrt
+from math import inf, isfinite, isnan
 from typing import Any
 
 import numpy as np
@@ -149,7 +149,8 @@ class Display(Summary):
 
     def _check_screen(self) -> None:
         self._check_numbers({key: getattr(self, name) for name, key in _KEYS.items()})
-        demand, half = self._demand, 0.5 * self.screen_width
+        demand = self._demand
+        half = 0.5 * self.screen_width
         for key, size in (("screen.width", self.screen_width), ("screen.height", self.screen_height)):
             demand(0 < size < inf, key, f"it is {size}, it must be positive")
         demand(-inf < self.observer_z < 0, "observer.distance", "the observers must be in front of the screen")
@@ -160,24 +161,28 @@ class Display(Summary):
         demand(fits, "diffuser", "'conical' needs a flat screen and an observer line")
         demand(abs(self.screen_curvature) * half < 1, "screen.radius", "it must be more than half the screen's width")
         # Both shapes fall off from the middle, the more curved one faster: if any part meets, it is the screen's edge.
-        edge, line = _bulge(self.screen_curvature, half), self.observer_z + _bulge(self.observer_curvature, half)
+        edge = optics.bulge(self.screen_curvature, half)
+        line = self.observer_z + optics.bulge(self.observer_curvature, half)
         reason = f"the screen's edges, at z = {edge:g}, are not behind the observers, there at z = {line:g}"
         demand(line < edge, "observer.distance", reason)
 
     def _check_module(self, index: int) -> None:
-        module, key, demand = self.modules[index], f"modules[{index}]", self._demand
+        module = self.modules[index]
+        key = f"modules[{index}]"
+        demand = self._demand
         with errors_of(f"display {self.name}"):
             check_type(key, module, Module)
         self._check_numbers({f"{key}.{name}": getattr(module, name) for name in _PLACE_AND_OPTICS})
         demand(0 < module.z < inf, f"{key}.z", f"it is {module.z}, but modules are behind the screen, at z > 0")
         for name, value in (("x", module.x), ("y", module.y)):
             demand(isfinite(value), f"{key}.{name}", f"it is {value}, it must be finite")
-        screen = _bulge(self.screen_curvature, min(abs(module.x), 0.5 * self.screen_width))
+        screen = optics.bulge(self.screen_curvature, min(abs(module.x), 0.5 * self.screen_width))
         reason = f"it is {module.z}, but the curved screen is there at z = {screen:g}"
         demand(module.z > screen, f"{key}.z", reason)
         with errors_of(f"display {self.name}: {key}.resolution"):
             check_size(module.width, module.height)
-        field, turned = module.field_of_view, (module.yaw, module.pitch, module.roll) != (0, 0, 0)
+        field = module.field_of_view
+        turned = (module.yaw, module.pitch, module.roll) != (0, 0, 0)
         reason = f"it is {field}, it must be between 0 and 180"
         demand(field is None or 0 < as_number(field) < 180, f"{key}.field_of_view", reason)
         demand(field is not None or not turned, f"{key}.yaw", "a turned module needs a field_of_view")
@@ -189,7 +194,8 @@ class Display(Summary):
             numbers = self.module_numbers(index)
         demand(bool(np.isfinite(numbers).all()), key, "a number of its optics is not finite")
         named = kernels.display_module(numbers)
-        fold, aspect = named.fold, module.height / module.width
+        fold = named.fold
+        aspect = module.height / module.width
         reached = fold * (1 + fold * (module.k1 + fold * module.k2)) ** 2 if fold < kernels.NEVER else inf
         demand(reached > 1 + aspect * aspect, f"{key}.k1", "the distortion folds inside the texture")
         if not self._is_plain(module):
@@ -283,7 +289,8 @@ class Display(Summary):
         """
         points = points_of("points", points)
         flat = np.ascontiguousarray(points.reshape(-1, 3))
-        image, statuses = np.empty_like(flat), np.empty(len(flat), np.int64)
+        image = np.empty_like(flat)
+        statuses = np.empty(len(flat), np.int64)
         _, module = self._module(index)
         kernels.map_points(self.module_numbers(index), flat, module.width, module.height, image, statuses)
         return image.reshape(points.shape), statuses.reshape(points.shape[:-1])
@@ -305,7 +312,9 @@ class Display(Summary):
             raise InputError(f"u and v have shapes {us.shape} and {vs.shape}, they must be one") from None
         lines = np.empty((us.size, 6))
         kernels.trace_texels(self.module_numbers(index), us.ravel(), vs.ravel(), lines)
-        origin, direction, shape = np.zeros((us.size, 3)), np.ones((us.size, 3)), us.shape
+        origin = np.zeros((us.size, 3))
+        direction = np.ones((us.size, 3))
+        shape = us.shape
         origin[:, :2], direction[:, :2] = lines[:, :2], lines[:, 2:4]
         return origin.reshape(*shape, 3), direction.reshape(*shape, 3), lines[:, 4:].reshape(*shape, 2)
 
@@ -321,8 +330,10 @@ class Display(Summary):
         index, m = self._module(index)
         guard = check_whole("guard", guard, 0, MOST_GUARD)
         if self._is_plain(m):
-            u_scale, v_scale = m.width / self.screen_width, -m.height / self.screen_height
-            u_0, v_0 = m.width / 2 + guard, m.height / 2 + guard
+            u_scale = m.width / self.screen_width
+            v_scale = -m.height / self.screen_height
+            u_0 = m.width / 2 + guard
+            v_0 = m.height / 2 + guard
             lens = np.array([m.x, m.z, self.observer_height, self.observer_z, u_scale, u_0, v_scale, v_0])
             world_to_image = crossed_slits(physical_from_world, lens)
         else:
@@ -340,12 +351,6 @@ class Display(Summary):
             depth_kind=PHYSICAL_Z,
             guard=guard,
         )
-
-
-def _bulge(curvature: float, x: float) -> float:
-    """Height in z at x of a circle of that curvature through the origin; beyond its end, that of its end."""
-    sine = min(abs(curvature * x), 1.0)
-    return curvature * x * x / (1.0 + sqrt(1.0 - sine * sine)) if sine < 1.0 else 1.0 / curvature
 
 
 def crossed_slits(physical_from_world: Matrix, lens: NDArray[np.float64]) -> WorldToImage:

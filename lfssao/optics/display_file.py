@@ -248,7 +248,8 @@ def _modules(table: "Table") -> tuple[Module, ...]:
             entry.refuse_rest()
         return tuple(modules)
     count = table.whole("count", MOST_MODULES)
-    y, optics = table.numbers("y", default=0.0), _optics(table)
+    y = table.numbers("y", default=0.0)
+    optics = _optics(table)
     if layout == "line":
         first, last = table.numbers("x", 2)
         z = table.numbers("z")
@@ -258,7 +259,8 @@ def _modules(table: "Table") -> tuple[Module, ...]:
 
 def _arc(table: "Table", count: int, y: float, optics: dict[str, Any]) -> tuple[Module, ...]:
     """Modules on an arc about the vertical axis through (0, center_z); where they have a field of view, facing it."""
-    radius, centre = table.numbers("radius"), table.numbers("center_z", default=0.0)
+    radius = table.numbers("radius")
+    centre = table.numbers("center_z", default=0.0)
     first, last = table.numbers("angles", 2)
     modules = []
     for k in range(count):

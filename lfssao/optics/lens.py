@@ -1,4 +1,4 @@
-"""Module optics: the homography from screen to texels and its inverse, and the radius at which distortion folds."""
+"""Module optics: the homography from screen to texels, where distortion folds, and heights of curved surfaces."""
 
 from math import inf, sqrt
 
@@ -14,7 +14,8 @@ Vector = tuple[float, float, float]
 
 def aligned_homography(screen: tuple[float, float], resolution: tuple[int, int]) -> Homography:
     """Homography of a texture that covers the screen exactly: u = W (1/2 + x / w), v = H (1/2 - y / h)."""
-    (w, h), (width, height) = screen, resolution
+    w, h = screen
+    width, height = resolution
     return (width / w, 0.0, width / 2, 0.0, -height / h, height / 2, 0.0, 0.0, 1.0)
 
 
@@ -32,8 +33,10 @@ def projector_homography(
     focal = 0.5 * width * cosine / sine
     (sy, cy), (sp, cp), (sr, cr) = (sincospi(angle / 180.0) for angle in rotation)
     forward = np.array([sy * cp, sp, -(cy * cp)])
-    level, steep = np.array([cy, 0.0, sy]), np.array([-(sy * sp), cp, cy * sp])  # right and up before the roll
-    right, up = cr * level + sr * steep, cr * steep - sr * level
+    level = np.array([cy, 0.0, sy])  # right before the roll
+    steep = np.array([-(sy * sp), cp, cy * sp])  # up before the roll
+    right = cr * level + sr * steep
+    up = cr * steep - sr * level
     rows = np.array([focal * right + 0.5 * width * forward, -focal * up + 0.5 * height * forward, forward])
     # Directions from the lens to (x, y, 0) are (x - m_x, y - m_y, -m_z).
     rows[:, 2] = -((rows[:, 0] * lens[0] + rows[:, 1] * lens[1]) + rows[:, 2] * lens[2])
@@ -57,7 +60,8 @@ def invert(h: Homography) -> Homography:
 
 def fold_radius(k1: float, k2: float) -> float:
     """Square of the smallest radius at which 1 + 3 k1 r^2 + 5 k2 r^4 is 0, where the distortion folds; or infinity."""
-    a, b = 5.0 * k2, 3.0 * k1
+    a = 5.0 * k2
+    b = 3.0 * k1
     if a == 0.0:
         return -1.0 / b if b < 0.0 else inf
     discriminant = b * b - 4.0 * a
@@ -67,3 +71,9 @@ def fold_radius(k1: float, k2: float) -> float:
     q = -0.5 * (b + (sqrt(discriminant) if b >= 0.0 else -sqrt(discriminant)))
     roots = [root for root in ((q / a), (1.0 / q if q != 0.0 else inf)) if root > 0.0]
     return min(roots, default=inf)
+
+
+def bulge(curvature: float, x: float) -> float:
+    """Height in z at x of a circle of that curvature through the origin; beyond its end, that of its end."""
+    sine = min(abs(curvature * x), 1.0)
+    return curvature * x * x / (1.0 + sqrt(1.0 - sine * sine)) if sine < 1.0 else 1.0 / curvature

@@ -23,7 +23,9 @@ from lfssao.optics.view import View, check_size, finite_numbers, inverse_of
 
 MIDDLES = ("lens", "corner")
 MOST_LENSES = 10_000
-_LEAST, _FARTHEST = 1e-9, 1e6  # metres; no display comes near them, and no number overflows
+# No display comes near these, and no number overflows.
+_LEAST = 1e-9  # metres
+_FARTHEST = 1e6  # metres
 _LENGTHS = "panel_width", "panel_height", "lens_pitch", "image_pitch", "gap", "focal_length", "observer_distance"
 
 
@@ -193,10 +195,13 @@ class LensletDisplay:
         rows, columns = self.place(index)
         x, y, _ = self.lenses[index]
         a, b, c = matrix[0, :3].tolist()
-        scale, (low, high) = sqrt((a * a + b * b) + c * c), (corner[2] for corner in self.roi)
+        scale = sqrt((a * a + b * b) + c * c)
+        low, high = (corner[2] for corner in self.roi)
         matrix[:2, 3] -= x, y
-        across, down = self.width / self.panel_width, self.height / self.panel_height  # texels a metre
-        c_u, c_v = (self.width / 2 + across * x) - columns.start, (self.height / 2 - down * y) - rows.start
+        across = self.width / self.panel_width  # texels a metre
+        down = self.height / self.panel_height  # texels a metre
+        c_u = (self.width / 2 + across * x) - columns.start
+        c_v = (self.height / 2 - down * y) - rows.start
         planes = 0.9 * low / scale, 1.1 * high / scale
         lens = np.array([self.gap * across, self.gap * down, c_u + guard, c_v + guard, *planes, 0.0, 0.0])
         size = columns.stop - columns.start, rows.stop - rows.start

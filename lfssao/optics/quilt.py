@@ -18,7 +18,10 @@ from lfssao.optics.view import View, check_size, finite_numbers, inverse_of
 
 SPACINGS = ("ends", "middles")
 MOST_VIEWS = 1000  # of a row or a column
-_ANGLES, _LEAST, _FARTHEST = (0.01, 179.9), 1e-9, 1e9  # no display comes near them, and no number overflows
+# No display comes near these, and no number overflows.
+_ANGLES = (0.01, 179.9)  # degrees
+_LEAST = 1e-9  # metres
+_FARTHEST = 1e9  # metres
 _LIMITS = {"aspect": (1e-3, 1e3), "screen_height": (1e-6, 1e6), "field_of_view": _ANGLES, "view_cone": _ANGLES}
 
 
@@ -135,7 +138,8 @@ class Quilt:
         """
         index = check_whole("view", index, 0, self.count - 1)
         inverse = inverse_of("physical_from_world", finite_numbers("physical_from_world", physical_from_world, 3, 4))
-        distance, (low, high) = self.distance, (corner[2] for corner in self.roi)
+        distance = self.distance
+        low, high = (corner[2] for corner in self.roi)
         places = np.array([[0, 0, -distance], [0, 0, 0], [0, self.screen_height, 0]], np.float64)
         eye, middle, above = transform_points(inverse, places).tolist()
         x, y, z = np.subtract(middle, eye).tolist()

@@ -164,10 +164,12 @@ class WorldToImage:
 
     def __repr__(self) -> str:
         split = 16 if self.kind == MATRIX else 12
-        rows, rest = self.numbers[:split].reshape(-1, 4).tolist(), self.numbers[split:].tolist()
+        rows = self.numbers[:split].reshape(-1, 4).tolist()
+        rest = self.numbers[split:].tolist()
         named = dict(zip(Slits._fields, rest, strict=True)) if self.kind == CROSSED_SLITS else {}
         if self.kind == DISPLAY:
-            names, h = DisplayModule._fields, rest[8:17]
+            names = DisplayModule._fields
+            h = rest[8:17]
             named = dict(zip(names[:7], rest, strict=False)) | {"diffuser": DIFFUSERS[int(rest[7])], "homography": h}
             named |= zip(names[9:14], rest[17:], strict=False)
         text = ", ".join(f"{name}={value!r}" for name, value in {"M": rows, **named}.items())

@@ -47,14 +47,17 @@ def camera_of_set(values: Any, name: str, size: tuple[int, int, int]) -> tuple[V
         there = "{}x{} texels and a guard band of {}".format(*size)
         raise camera.wrong("Resolution", f"it is {width:g}x{height:g}, the textures have {there}")
     near, far = camera.numbers("Depth_range", 2)
-    focal, middle = camera.numbers("Focal", 2), camera.numbers("Principle_point", 2)
+    focal = camera.numbers("Focal", 2)
+    middle = camera.numbers("Principle_point", 2)
     bits = camera.whole("BitDepthDepth", MOST_BITS), camera.whole("BitDepthColor", MOST_BITS)
     eye_from_world = _eye_from_world(camera.numbers("Position", 3), camera.numbers("Rotation", 3))
     if not 0 < near < far or not 0 < near * far < inf:
         raise camera.wrong("Depth_range", f"it is {near:g} to {far:g}, it must be 0 < near < far")
     if not min(focal) > 0:
         raise camera.wrong("Focal", f"it is {list(focal)}, it must be positive")
-    (f_u, f_v), (c_u, c_v), a = focal, middle, far / (far - near)
+    f_u, f_v = focal
+    c_u, c_v = middle
+    a = far / (far - near)
     screen_from_eye = [[f_u, 0, c_u, 0], [0, -f_v, c_v, 0], [0, 0, a, -a * near], [0, 0, 1, 0]]
     return view_of_matrix(multiply(screen_from_eye, to_4x4(eye_from_world)), width, height), *bits
 
@@ -62,7 +65,8 @@ def camera_of_set(values: Any, name: str, size: tuple[int, int, int]) -> tuple[V
 def _eye_from_world(position: tuple[float, ...], rotation: tuple[float, ...]) -> Matrix:
     """World -> eye space, (3, 4), of place and yaw, pitch and roll, degrees."""
     (a, b), (c, d), (e, f) = (sincospi(angle / 180) for angle in rotation)
-    about_z, about_y = [[b, -a, 0], [a, b, 0], [0, 0, 1]], [[d, 0, c], [0, 1, 0], [-c, 0, d]]
+    about_z = [[b, -a, 0], [a, b, 0], [0, 0, 1]]
+    about_y = [[d, 0, c], [0, 1, 0], [-c, 0, d]]
     world_from_camera = multiply(multiply(about_z, about_y), [[1, 0, 0], [0, f, -e], [0, e, f]])
     camera_from_world = invert_affine(np.column_stack([world_from_camera, position]))
     return multiply(_EYE_FROM_CAMERA, camera_from_world)

@@ -17,7 +17,8 @@ FloatTexture = NDArray[np.float32]
 _TITLES = ("without AO", "1 - ao", "with AO")
 _MARGIN = 12
 _CAPTION = 22
-_SECONDS, _LEAST = 3.0, 30  # of an animation; milliseconds of a picture
+_SECONDS = 3.0  # of an animation
+_LEAST = 30  # milliseconds of one of its pictures
 
 
 def sheet_rows(count: int, most: int = 5) -> list[int]:

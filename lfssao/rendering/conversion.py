@@ -37,15 +37,19 @@ def buffers_of(textures: Mapping[str, Single], said: Description) -> Buffers:
     'linear z: distance along the axis, world units, perspective'
     """
     said = checked(textures, said)
-    view, there, kind = said.view, upright(textures, said), said.depth_kind
+    view = said.view
+    there = upright(textures, said)
+    kind = said.depth_kind
     # Screen space z of an orthographic camera has the digits of its reversed depth.
     linear = kind in DISTANCES or (kind == "reversed" and not view.lens[6])
     if kind != "image" and view.linear != linear:
         view = linear_view(view, linear)
     stored = there["depth"]
     z = distances(stored, said)
-    surface, placed = np.isfinite(z), there.get("positions")
-    depth, positions = np.empty_like(stored), np.empty((*z.shape, 3), np.float32)
+    surface = np.isfinite(z)
+    placed = there.get("positions")
+    depth = np.empty_like(stored)
+    positions = np.empty((*z.shape, 3), np.float32)
     write_surface(view.rays, np.ravel(view.world_from_cast), np.where(surface, 0, -1), z, depth, positions)
     if kind == "image":
         depth = np.where(surface, stored, np.float32(np.inf))

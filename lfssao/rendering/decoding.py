@@ -30,7 +30,8 @@ def distances(depth: Single, said: Description, rows: Texels = None, columns: Te
 
     ``depth`` may be some texels, (n, m), of ``rows`` and ``columns`` in the whole texture, row 0 above.
     """
-    view, kind = said.view, said.depth_kind
+    view = said.view
+    kind = said.depth_kind
     with np.errstate(invalid="ignore", over="ignore"):  # of a NaN that signals, and a value that no texture has
         d = depth.astype(np.float64)
         if said.background is not None:
@@ -55,14 +56,16 @@ def distances(depth: Single, said: Description, rows: Texels = None, columns: Te
 
 def along_axis(d: Double, said: Description, rows: Texels = None, columns: Texels = None) -> Double:
     """Cast space z of the ``DISTANCES``, as far as the far plane and beyond; arguments of ``distances``."""
-    view, kind = said.view, said.depth_kind
+    view = said.view
+    kind = said.depth_kind
     if kind == "view-z" and said.eye is not None:
         return np.asarray(d * np.sign(multiply(view.cast_from_world[2:, :3], said.eye[2:, :3].T)))
     if kind == "radial":
         f_u, f_v, c_u, c_v = view.lens[:4].tolist()
         i = np.arange(view.width)[None] if columns is None else columns
         j = np.arange(view.height)[:, None] if rows is None else rows
-        x, y = (i + 0.5 - c_u) / f_u, (c_v - (j + 0.5)) / f_v
+        x = (i + 0.5 - c_u) / f_u
+        y = (c_v - (j + 0.5)) / f_v
         return np.asarray(d / np.sqrt((x * x + y * y) + 1.0))
     if kind == "logarithmic":
         z = np.empty_like(d)
@@ -75,7 +78,8 @@ def _reach(view: View) -> tuple[float, float]:
     """Physical z between which a module's rays lie, those of observers, or of their whole circle, and lens."""
     if view.world_to_image.kind == CROSSED_SLITS:
         return float(view.lens[3]), float(view.lens[1])
-    z_o, curvature = float(view.lens[4]), abs(float(view.lens[6]))
+    z_o = float(view.lens[4])
+    curvature = abs(float(view.lens[6]))
     return z_o - 2 / curvature if curvature else z_o, float(view.lens[2])
 
 
@@ -108,7 +112,8 @@ def decoded(stored: Single, kind: str) -> Double:
     n = 2 * n - 1 if kind.endswith("unorm") else n
     if not kind.startswith("octahedral"):
         return n
-    x, y = n[:, 0], n[:, 1]
+    x = n[:, 0]
+    y = n[:, 1]
     z = (1 - np.abs(x)) - np.abs(y)
     fold = np.maximum(-z, 0)
     return units(np.stack([x - np.copysign(fold, x), y - np.copysign(fold, y), z], axis=-1))

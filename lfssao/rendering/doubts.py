@@ -63,10 +63,12 @@ def _lengths(display: Display) -> Iterator[tuple[str, float]]:
 
 def of_radii(mesh: Mesh, views: Sequence[View], settings: Settings, boxes: Sequence[Box]) -> Iterator[str]:
     """Radii that reach across the scene, or not to the next texel; ``boxes`` are the scene's in each frame, (2, 3)."""
-    radii, size = settings.radii if {"ao", "bent"} & set(settings.computed) else (), diagonal(mesh)
+    radii = settings.radii if {"ao", "bent"} & set(settings.computed) else ()
+    size = diagonal(mesh)
     large = [f"{radius:g}" for radius in radii if radius > 0.5 * size]
     if large:
-        named, wanted = _named("radius", "radii", large), ", ".join(f"{name} %" for name in large)
+        named = _named("radius", "radii", large)
+        wanted = ", ".join(f"{name} %" for name in large)
         yield f"{named} more than half of the scene's diagonal, {size:g}: did you mean {wanted}?"
     small = [f"{radius:g}" for radius in subpixel_radii(views, boxes, radii)]
     if small:
@@ -110,6 +112,7 @@ def subpixel_radii(views: Sequence[View], boxes: Sequence[Box], radii: Iterable[
 
 def _extent(view: View, box: Box, radius: float) -> float:
     """Largest distance along u or v, texels, that balls at a box's corners reach to a side; NaN where unknown."""
-    to_image, corners = view.world_to_image, np.array(list(product(*box.T)))
+    to_image = view.world_to_image
+    corners = np.array(list(product(*box.T)))
     steps = to_image(corners[:, None] + radius * np.eye(3)) - to_image(corners)[:, None]
     return float(np.sqrt((steps[..., :2] ** 2).sum(axis=1)).max())

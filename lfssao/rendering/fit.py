@@ -37,7 +37,8 @@ def checked(textures: Textures, said: Description) -> Description:
     there = upright(textures, said)
     value = cleared_value(there, said)
     cleared = replace(said, background=value) if value is not None else said
-    fault, unfit = fault_of(textures, said), fault_of(textures, cleared)
+    fault = fault_of(textures, said)
+    unfit = fault_of(textures, cleared)
     # A value that none of its kind has may be the background of another kind, if nothing else tells them apart.
     is_open = value is not None and abs(value) <= 1 and {"positions", "normals"}.isdisjoint(textures)
     if fault and (unfit or is_open):
@@ -114,7 +115,8 @@ def _changed(said: Description, changes: dict[str, Any]) -> Iterator[tuple[Descr
 
 def fault_of(textures: Textures, said: Description) -> str:
     """A sentence on textures that do not fit what is said of them, or each other; '' if they do."""
-    view, there = said.view, upright(textures, said)
+    view = said.view
+    there = upright(textures, said)
     z = distances(there["depth"], said)
     for j, i in np.argwhere(np.isnan(z))[:1]:
         planes = f" between planes at {view.lens[4]:g} and {view.lens[5]:g}" if view.screen_to_world is not None else ""
@@ -136,12 +138,15 @@ def fault_of(textures: Textures, said: Description) -> str:
 
 def _fault_of_positions(stored: Single, z: Double, said: Description) -> str:
     """A sentence on positions, (n, 3) of the surface's texels, that are not those of the view and of z, or ''."""
-    view, surface, points = said.view, np.isfinite(z), points_of(stored, said)
+    view = said.view
+    surface = np.isfinite(z)
+    points = points_of(stored, said)
     away = np.abs(view.world_to_image(points)[:, :2] - (np.argwhere(surface)[:, ::-1] + 0.5))
     landing = _share(np.maximum(away[:, 0], away[:, 1]) < 1)
     if landing < _ENOUGH:
         return f"positions: {100 * landing:.3g} % of them land on their own texels in the view"
-    along, size = transform_points(view.cast_from_world, points)[:, 2], np.abs(z[surface])
+    along = transform_points(view.cast_from_world, points)[:, 2]
+    size = np.abs(z[surface])
     size = size if view.screen_to_world is not None else size.max(initial=0)
     agreeing = _share(np.abs(along - z[surface]) <= _NEAR * size)
     return "" if agreeing >= _ENOUGH else f"depth: {100 * agreeing:.3g} % of it is that of the positions"

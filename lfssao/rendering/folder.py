@@ -63,7 +63,8 @@ def entries_of(folder: Path, manifest: dict[str, Any]) -> dict[str, dict[str, An
             if not Path(entry["file"]).name or "\0" in entry["file"]:
                 raise ValueError("a file has no name")
             for described in entry["textures"].values():
-                channels, names = described["channels"], [*described["channels"], described["sha256"]]
+                channels = described["channels"]
+                names = [*described["channels"], described["sha256"]]
                 if not isinstance(channels, list) or not channels or not all(isinstance(n, str) and n for n in names):
                     raise ValueError("a texture has no channels or no digest")
         if not entries or len(entries) != len(manifest["views"]):
@@ -122,7 +123,8 @@ def fill(
 
     def put(index: int) -> None:
         entry = entries[index]
-        path, described = folder / Path(entry["file"]).name, entry["textures"]
+        path = folder / Path(entry["file"]).name
+        described = entry["textures"]
         pixels = [read_layer(path, layer, described[layer]) for layer in layers]
         with errors_of(str(folder / entry["file"])):
             field.put(index, *(1 - each if each.shape[2] == 1 else each for each in pixels))
@@ -139,9 +141,11 @@ def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.
 
 def read_layers(path: Path, described: Mapping[str, dict[str, Any]]) -> dict[str, NDArray[np.float32]]:
     """Layers of an EXR file as of ``read_layer``, by their names."""
-    parts, found = read_exr(path, list(described)), {}
+    parts = read_exr(path, list(described))
+    found = {}
     for layer, entry in described.items():
-        part, names = parts.get(layer), entry["channels"]
+        part = parts.get(layer)
+        names = entry["channels"]
         if part is None or not set(names) <= set(part.channels):
             raise InputError(f"{path}: it has no part {layer} with channels {', '.join(names)}")
         pixels = np.ascontiguousarray(part.pixels[..., [part.channels.index(name) for name in names]])

@@ -59,7 +59,8 @@ class Job:
     @property
     def has_view(self) -> bool:
         """Whether a picture is made of what an eye sees: of a still by all modules of a display, if it has several."""
-        display, is_still = self.head["display"], self.transforms is None
+        display = self.head["display"]
+        is_still = self.transforms is None
         return self.has_sheet and is_still and display is not None and 1 < len(self.views) == len(display["modules"])
 
     @property

@@ -47,7 +47,8 @@ class LensletView:
         """
         if as_whole(index) not in self._missing:
             raise InputError(f"lens {shown(index)} is not one of {self.missing}")
-        named, place = f"the texture of lens {index}", self.display.place(index)
+        named = f"the texture of lens {index}"
+        place = self.display.place(index)
         pixels = np.concatenate([as_numbers(named, texture) for texture in textures], axis=-1)
         if pixels.shape != self.panel[place].shape:
             raise InputError(f"{named} has shape {pixels.shape}, expected {self.panel[place].shape}")
@@ -71,7 +72,8 @@ class LensletView:
         for name, value in (("eye x", eye_x), ("eye y", eye_y)):
             if not np.isfinite(as_number(value)):
                 raise InputError(f"{name} is {shown(value)}, it must be a finite number")
-        display, (columns, rows) = self.display, picture_size(self.display, width)
+        display = self.display
+        columns, rows = picture_size(self.display, width)
         x = display.screen_width * ((np.arange(columns) + 0.5) / columns - 0.5)
         y = display.screen_height * (0.5 - (np.arange(rows) + 0.5) / rows)
         u = display.width * (0.5 + display.seen_place(x, eye_x) / display.panel_width)

@@ -111,7 +111,8 @@ def describe_view(view: View) -> dict[str, Any]:
 
 def view_of(name: str, described: Mapping[str, Any]) -> View:
     """The view of a name that ``describe_view`` described; KeyError, TypeError or ValueError if it did not."""
-    kind, back = KINDS.index(described["world_to_image_kind"]), described["screen_to_world"]
+    kind = KINDS.index(described["world_to_image_kind"])
+    back = described["screen_to_world"]
     sizes = {"lens": (32 if kind == DISPLAY else 8,), "world_to_image": (44 if kind == DISPLAY else 16,)}
     shapes: dict[str, tuple[int, ...]] = {**sizes, "cast_from_world": (3, 4), "world_from_cast": (3, 4)}
     shapes |= {"screen_to_world": (4, 4)} if back is not None else {}

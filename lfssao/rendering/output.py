@@ -70,7 +70,8 @@ def _write_picture(job: Job, item: Item, parts: Sequence[Part]) -> dict[str, Any
     """
     if not job.png:
         return {}
-    path, data = job.picture(item), shaded_png(parts[0].pixels)
+    path = job.picture(item)
+    data = shaded_png(parts[0].pixels)
     _remove_device(path)
     if not path.is_file() or path.read_bytes() != data:
         write_whole(path, lambda part: part.write_bytes(data))
@@ -79,7 +80,8 @@ def _write_picture(job: Job, item: Item, parts: Sequence[Part]) -> dict[str, Any
 
 def _said(job: Job, item: Item) -> dict[str, str]:
     """A file's metadata of the job that any viewer shows; the manifest has all of it."""
-    views, sampling = set_of(job.head), job.head["sampling"]
+    views = set_of(job.head)
+    sampling = job.head["sampling"]
     display = job.head["display"] if views is None else {"name": views.name}
     return {
         "software": f"lfssao {__version__}",
@@ -94,7 +96,8 @@ def _said(job: Job, item: Item) -> dict[str, str]:
 
 def recover_view(job: Job, item: Item) -> Result | None:
     """An item's file of an earlier job, verified; None for none or a damaged one, InputError for one made otherwise."""
-    path, start = job.path(item), time.perf_counter()
+    path = job.path(item)
+    start = time.perf_counter()
     try:
         parts = [_in_order(part) for part in read_exr(path).values()]
         if not is_sealed(path):
@@ -111,7 +114,8 @@ def recover_view(job: Job, item: Item) -> Result | None:
         raise InputError(f"{path}: {told}")
     if not whole:
         return None
-    made, picture = _write_picture(job, item, parts), _strip(job, item, parts)
+    made = _write_picture(job, item, parts)
+    picture = _strip(job, item, parts)
     return Result({**entry, **made, "seconds": {"verify": time.perf_counter() - start}}, picture)
 
 
@@ -189,7 +193,8 @@ def write_frame(
     ``field`` has textures of view.png; the others are read from the files. Returned is the picture of the frame's
     middle view with AO, if it has a sheet.
     """
-    folder, entries = job.frame_folder(frame), [result.entry for result in results]
+    folder = job.frame_folder(frame)
+    entries = [result.entry for result in results]
     doubts.warn(doubts.of_views([entry["name"] for entry in entries if not entry["surface_texels"]]))
     remove_leftovers(folder)  # of workers that were killed on the way
     strips = [(result.entry["name"], result.strip) for result in results if result.strip is not None]
@@ -235,7 +240,8 @@ def _write_joint_files(job: Job, folder: Path, views: ViewSet, entries: Sequence
 
 def _view(job: Job, results: Sequence[Result], field: LightField | None) -> Image:
     """The picture for an eye in the middle of the observer line, without AO, if there are colours, and with it."""
-    layers, field = _seen(job), field or empty_field(job)
+    layers = _seen(job)
+    field = field or empty_field(job)
     if field.missing:
         from lfssao.rendering.folder import fill  # late: a job that nothing interrupts has all textures at hand
 

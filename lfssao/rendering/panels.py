@@ -30,7 +30,8 @@ def write_panel(folder: Path, display: LensletDisplay, entries: Sequence[Mapping
     ``entries`` are the manifest's, in the order of the lenses. InputError if a file is not what its entry describes, or
     the panel cannot be written.
     """
-    files, layers = [folder / Path(entry["file"]).name for entry in entries], entries[0]["textures"]
+    files = [folder / Path(entry["file"]).name for entry in entries]
+    layers = entries[0]["textures"]
     channels = sum(len(described["channels"]) for described in layers.values())
     check_available(f"{folder / PANEL}: all layers", 8 * display.width * display.height * channels)
     panel = {}

@@ -50,9 +50,11 @@ def render_view(caster: RayCaster, view: View, settings: Settings, neighbours: S
     check_type("view", view, View)
     check_type("settings", settings, Settings)
     check_type("neighbours", neighbours, Sequence)
-    computed, seconds = settings.computed, dict[str, float]()
+    computed = settings.computed
+    seconds = dict[str, float]()
     filter_of_colors = settings.color_filter if "color" in computed else None
-    normals, rows = settings.normals if "normals" in computed else None, seen_rows(view, caster.bounds)
+    normals = settings.normals if "normals" in computed else None
+    rows = seen_rows(view, caster.bounds)
     wanted = filter_of_colors, normals, rows, settings.caster, "positions" in computed
     gbuffer = _timed(seconds, "ray_cast", lambda: caster.gbuffer(view, *wanted))
     return finish_view(gbuffer, view, settings, seconds, neighbours)
@@ -66,7 +68,9 @@ def finish_view(
     neighbours: Sequence[Neighbour] = (),
 ) -> Textures:
     """Run the passes after the first for a view; ``seconds`` has the time of the first, others as ``render_view``."""
-    computed, kept, seconds = settings.computed, settings.kept, {} if seconds is None else seconds
+    computed = settings.computed
+    kept = settings.kept
+    seconds = {} if seconds is None else seconds
     surface_texels = int(np.count_nonzero(gbuffer.triangle >= 0))
 
     def run(name: str, work: Callable[[], Made], blank: Made) -> Made:
@@ -74,7 +78,8 @@ def finish_view(
         return _timed(seconds, name, work) if surface_texels and _LAYER_OF[name] in computed else blank
 
     size = (0, 0) if surface_texels else gbuffer.depth.shape  # nobody reads a layer left out of a view with a surface
-    zero, black = np.zeros(size, np.float32), np.zeros((*size, 3), np.float32)
+    zero = np.zeros(size, np.float32)
+    black = np.zeros((*size, 3), np.float32)
     unoccluded = [Occlusion(zero, 0)] * len(settings.radii)
     ao = run("ao", lambda: occlusions(Buffers.of(gbuffer, view, neighbours), settings), unoccluded)
     bent = run("bent", lambda: bent_normals_of(Buffers.of(gbuffer, view, neighbours), settings), [black] * len(ao))
@@ -108,7 +113,8 @@ def _timed(seconds: dict[str, float], name: str, work: Callable[[], Made]) -> Ma
 
 def occlusions(buffers: Buffers, settings: Settings) -> list[Occlusion]:
     """Occlusion of each radius: equal radii are computed once, and one sample stands for all of radius 0."""
-    buffers, radii = _turned(buffers, settings), list(dict.fromkeys(settings.radii))
+    buffers = _turned(buffers, settings)
+    radii = list(dict.fromkeys(settings.radii))
     found: dict[float, Occlusion] = {}
     if settings.estimator in COUNTING and settings.samples is not None and 0.0 in radii:
         radii.remove(0.0)
@@ -123,21 +129,24 @@ def bent_normals_of(buffers: Buffers, settings: Settings) -> list[FloatTexture]:
     """Bent normals of each radius: equal radii are computed once."""
     from lfssao.ao.bent import bent_normals  # late: few ask for them
 
-    buffers, options = _turned(buffers, settings), {**settings.parameters, "units": settings.units}
+    buffers = _turned(buffers, settings)
+    options = {**settings.parameters, "units": settings.units}
     found = {radius: bent_normals(settings.estimator, buffers, radius, **options) for radius in set(settings.radii)}
     return [found[radius] for radius in settings.radii]
 
 
 def _turned(buffers: Buffers, settings: Settings) -> Buffers:
     """The same with the turns of the settings' rotation."""
-    rotation, (height, width) = settings.rotation, buffers.depth.shape
+    rotation = settings.rotation
+    height, width = buffers.depth.shape
     if isinstance(rotation, np.ndarray):
         return replace(buffers, turns=noise_turns(rotation, height, width, buffers.depth.dtype))
     return buffers if rotation in (None, "none") else buffers.turned(rotation, settings.rotation_seed)
 
 
 def _estimate(buffers: Buffers, radii: Sequence[float], settings: Settings) -> list[Occlusion]:
-    points, weights = settings.samples, settings.weights
+    points = settings.samples
+    weights = settings.weights
     parameters = {**settings.parameters, "units": settings.units}
     return estimate_radii(settings.estimator, buffers, radii, points, weights, **parameters)
 
@@ -151,14 +160,18 @@ class Rendered(Table, Sequence[Textures]):
     """
 
     def __init__(self, caster: RayCaster, views: Sequence[View], asked: Sequence[tuple[View, ...]], settings: Settings):
-        self._caster, self._views, self._asked, self._settings = caster, views, asked, settings
+        self._caster = caster
+        self._views = views
+        self._asked = asked
+        self._settings = settings
         self._cache = DepthCache(caster, textures_kept(asked))
 
     def __len__(self) -> int:
         return len(self._views)
 
     def _facts(self) -> dict[str, object]:
-        first, last = self._views[0], self._views[-1]
+        first = self._views[0]
+        last = self._views[-1]
         names = first.name if first is last else f"{len(self)}, {first.name} to {last.name}"
         return {"views": names, "texels": f"{first.width}x{first.height}", **self._settings._facts()}
 
@@ -222,7 +235,8 @@ def render(
     >>> textures = render("statue", radii=["1%"], samples=16, sampling="jittered", seed=7, modules=[10])
     >>> textures[0].save("module_010.exr")  # doctest: +SKIP
     """
-    mesh, display = find_scene(mesh), find_views(display)
+    mesh = find_scene(mesh)
+    display = find_views(display)
     if settings is not None and words:
         raise InputError(f"settings are given, and {', '.join(words)}: dataclasses.replace(settings, ...) changes some")
     settings = settings_of(mesh, **words) if settings is None else settings

@@ -37,7 +37,8 @@ def planned(views: Sequence[View], boxes: Sequence[NDArray[np.float64]], setting
     """Work left out that is known before rays are cast; ``boxes`` are the scene's in each frame, (2, 3) float64."""
     seen = [(view, seen_rows(view, box)) for view, box in product(views, boxes)]
     heights = [(view.height, len(rows)) for view, rows in seen if rows]
-    samples, radii = 1 if settings.samples is None else len(settings.samples), len(settings.radii)
+    samples = 1 if settings.samples is None else len(settings.samples)
+    radii = len(settings.radii)
     one = settings.estimator in COUNTING and 0.0 in settings.radii
     made = {
         "modules": (len(seen) - len(heights), len(seen)),
@@ -58,7 +59,9 @@ def background(settings: Settings, texels: int, surface_texels: int) -> LeftOut:
 
 def ao_seconds(textures: Textures, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> tuple[float, float]:
     """Seconds of a view's AO as it runs, and with all that is left out; the shortest of five runs each."""
-    view, gbuffer, all_radii = textures.view, textures.gbuffer, replace(settings, radii=other_radii(settings.radii))
+    view = textures.view
+    gbuffer = textures.gbuffer
+    all_radii = replace(settings, radii=other_radii(settings.radii))
     cases = (gbuffer, settings), (without_background(gbuffer), all_radii)
     works = (partial(occlusions, Buffers.of(seen, view, neighbours), chosen) for seen, chosen in cases)
     as_it_runs, with_all = (min(repeat(work, number=1, repeat=5)) for work in works)
@@ -76,10 +79,13 @@ def without_background(gbuffer: GBuffer) -> GBuffer:
     assert gbuffer.positions is not None  # AO reads them
     seen = gbuffer.triangle >= 0
     at = np.argmax(np.where(seen, gbuffer.depth, -inf))
-    far, point = gbuffer.depth.flat[at], gbuffer.positions.reshape(-1, 3)[at]
+    far = gbuffer.depth.flat[at]
+    point = gbuffer.positions.reshape(-1, 3)[at]
     if not seen.any():
-        far, point = np.float32(0), np.zeros(3, np.float32)
-    depth, positions = np.where(seen, gbuffer.depth, far), np.where(seen[..., None], gbuffer.positions, point)
+        far = np.float32(0)
+        point = np.zeros(3, np.float32)
+    depth = np.where(seen, gbuffer.depth, far)
+    positions = np.where(seen[..., None], gbuffer.positions, point)
     return replace(gbuffer, depth=depth, positions=positions)
 
 

@@ -66,7 +66,8 @@ def run(
             stack.enter_context(output_folder(folder))
         output.make_ready(job, rest)
         stack.enter_context(closing(results))
-        pictures, step = [], 1 + job.frame_count // output.MOST_PICTURES
+        pictures = []
+        step = 1 + job.frame_count // output.MOST_PICTURES
         for frame, items in groupby(job.items(), lambda item: item.frame):
             views = []
             for item in items:
@@ -106,7 +107,8 @@ def _views_at_once(job: Job, most: int) -> int:
     available = available_memory()
     if available is None:
         return most
-    radius_count, texel_bytes = len(job.settings.radii), find_estimator(job.settings.estimator).texel_bytes
+    radius_count = len(job.settings.radii)
+    texel_bytes = find_estimator(job.settings.estimator).texel_bytes
     known = radius_count, texel_bytes, "bent" in job.settings.kept
     needed = max(needed_memory(view.width * view.height, *known) for view in job.views)
     return max(1, min(most, available // needed))
@@ -126,15 +128,18 @@ class Renderer:
 
     def prepare(self, item: Item) -> RayCaster:
         """The ray caster for an item's frame; an InputError if the mesh leaves float32 in cast space."""
-        transform, view = self.job.transform(item.frame), self.job.views[item.view]
+        transform = self.job.transform(item.frame)
+        view = self.job.views[item.view]
         place = transform.tobytes() + view.cast_from_world.tobytes()
         if self._caster is None or self._place != place:
             self._caster = None  # one at a time in memory
             if self._frame != item.frame:
-                self._depths, self._frame = None, item.frame
+                self._depths = None
+                self._frame = item.frame
             start = time.perf_counter()
             mesh = moved(self.job.mesh, transform)
-            self._caster, self._place = RayCaster(mesh, view.cast_from_world, self._threads), place
+            self._caster = RayCaster(mesh, view.cast_from_world, self._threads)
+            self._place = place
             self._build_seconds += time.perf_counter() - start
         return self._caster
 

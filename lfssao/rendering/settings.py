@@ -243,7 +243,8 @@ def drawn_samples(
         return {"method": name, "count": 0 if points is None else len(points), "seed": 0}, points, weights
     if estimator.dimensions != 3:
         raise InputError(f"sampling: {own} does not take samples in the ball")
-    method, seed = (estimator.sampling or "latin") if method is None else method, seed or 0
+    method = (estimator.sampling or "latin") if method is None else method
+    seed = seed or 0
     with errors_of("sampling"):
         points = make_samples(method, n, seed)
     return {"method": method, "count": n, "seed": seed}, points, None
@@ -275,7 +276,8 @@ def settings_of(
     of_samples = None if turning and sampling is None and (given or estimator.sampling is None) else seed
     if given and (sampling, of_samples) != (None, None):
         raise InputError("samples is a set, and a sampling or a seed would make another")
-    points, weights = samples, others.pop("weights", None)
+    points = samples
+    weights = others.pop("weights", None)
     if not given:
         _, points, own = drawn_samples(estimator, sampling, samples, of_samples)
         weights = own if weights is None else weights

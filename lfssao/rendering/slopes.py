@@ -36,7 +36,9 @@ def angle_to_normals(there: Mapping[str, Single], said: Description) -> Angle:
     The surface is that of four triangles with the texels on each side. The angle is 0 for too few texels to tell. The
     textures ``there`` begin above.
     """
-    depth, normals, view = there["depth"], there["normals"], said.view
+    depth = there["depth"]
+    normals = there["normals"]
+    view = said.view
     height, width = depth.shape
     away = max(1, min(height, width) // (_COARSE if _is_half(depth) else _LINES))
     step = max(1, int((depth.size / _SAMPLES) ** 0.5))
@@ -58,7 +60,8 @@ def angle_to_normals(there: Mapping[str, Single], said: Description) -> Angle:
         n = directions_of(normals[rows[known], columns[known]], said)
         products = mean * n
         cosines = np.abs((products[:, 0] + products[:, 1]) + products[:, 2]) / (lengths(mean) * lengths(n))
-    bent, cosines = lengths(mean)[np.isfinite(cosines)], cosines[np.isfinite(cosines)]
+    bent = lengths(mean)[np.isfinite(cosines)]
+    cosines = cosines[np.isfinite(cosines)]
     if cosines.size < _FEWEST:
         return Angle(0.0, 0, False)
     least = float(np.quantile(bent, 1 - _SHARE))

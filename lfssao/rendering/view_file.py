@@ -104,7 +104,8 @@ def read_description(path: Path, name: str, size: Size) -> Description:
     """
     if path.is_dir() or path.name == MANIFEST:
         return Description(_folder(size, str(path if path.is_dir() else path.parent), name))
-    is_set, eye = path.suffix.lower() == ".json", None
+    is_set = path.suffix.lower() == ".json"
+    eye = None
     said: dict[str, Any]
     values = read_json(path) if is_set else parse_toml(read_text(path), str(path))
     with errors_of(str(path)), np.errstate(all="ignore"):  # numbers that overflow are refused
@@ -139,7 +140,8 @@ def _of_mapping(size: Size, mapping: WorldToImage) -> View:
     """The view of a mapping, of slits with lens at x = 0 and observers at y = 0; InputError if there is none."""
     if mapping.kind == MATRIX:
         return view_of_matrix(mapping.numbers.reshape(4, 4), *size)
-    cast, lens = mapping.numbers[:12].reshape(3, 4), mapping.numbers[12:]
+    cast = mapping.numbers[:12].reshape(3, 4)
+    lens = mapping.numbers[12:]
     if mapping.kind == CROSSED_SLITS:
         z_m, z_o, u_0, v_0 = Slits(*lens.tolist())
         if not z_o < 0 < z_m:
@@ -165,12 +167,14 @@ def _rigid(view: ArrayLike, layout: str) -> Matrix:
 def _camera(size: Size, view: ArrayLike, projection: ArrayLike, clip: str, layout: str = LAYOUTS[0]) -> View:
     check_choice("clip", clip, CLIPS)
     check_choice("layout", layout, LAYOUTS)
-    eye, matrix = _rigid(view, layout), finite_numbers("projection", projection, 4, 4)
+    eye = _rigid(view, layout)
+    matrix = finite_numbers("projection", projection, 4, 4)
     x, y, z, w = multiply(matrix if layout == LAYOUTS[0] else matrix.T, to_4x4(eye))
     width, height, guard = size
     system, _, backwards = clip.partition(" ")
     depth = z if system != "opengl" else 0.5 * z + 0.5 * w
-    depth, y = w - depth if backwards else depth, y if system == "vulkan" else -y
+    depth = w - depth if backwards else depth
+    y = y if system == "vulkan" else -y
     inner = width / 2 - guard, height / 2 - guard
     rows = np.array([inner[0] * x + width / 2 * w, inner[1] * y + height / 2 * w, depth, w])
     facing = np.sign(multiply(depth[None, :3], eye[2:, :3].T)[0, 0])
@@ -194,7 +198,8 @@ def _module(size: Size, display: str, module: int, physical_from_world: ArrayLik
 
 def _folder(size: Size, folder: str, name: str) -> View:
     """A view of a rendered folder, by the numbers of its manifest."""
-    path, name = Path(str(folder)), str(name)
+    path = Path(str(folder))
+    name = str(name)
     manifest = load_manifest(path)
     with reading_manifest(path), errors_of(f"{path}: its manifest"):
         views = {str(entry["name"]): entry["view"] for entry in manifest["views"]}

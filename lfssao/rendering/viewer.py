@@ -64,7 +64,8 @@ class LightField:
         self.display = display
         self._sizes = np.array([(m.width, m.height) for m in display.modules], np.int64)
         self._numbers = np.stack([display.module_numbers(k) for k in range(len(display.modules))])
-        channels, chosen = check_whole("channels", channels, 1), sorted(chosen_modules(display, modules))
+        channels = check_whole("channels", channels, 1)
+        chosen = sorted(chosen_modules(display, modules))
         self._starts = np.full(len(display.modules), -1, np.int64)
         self._columns = np.stack([np.zeros_like(self._sizes[:, 0]), self._sizes[:, 0]], axis=1)
         self._shots = None if shots is None else list(shots)
@@ -80,10 +81,12 @@ class LightField:
 
     def _seen(self, shots: Sequence[tuple[float, int, str]]) -> NDArray[np.int64]:
         """The columns of each module's texture that photographs see, (M, 2), from the first to before the second."""
-        first, end = np.full(len(self._sizes), kernels.MOST_COLUMNS), np.zeros(len(self._sizes), np.int64)
+        first = np.full(len(self._sizes), kernels.MOST_COLUMNS)
+        end = np.zeros(len(self._sizes), np.int64)
         for shot in shots:
             _, _, seen = self._compose(*shot, np.empty((0, 0), np.float32))
-            first, end = np.minimum(first, seen[:, :, 0].min(axis=0)), np.maximum(end, seen[:, :, 1].max(axis=0))
+            first = np.minimum(first, seen[:, :, 0].min(axis=0))
+            end = np.maximum(end, seen[:, :, 1].max(axis=0))
         return np.stack([np.minimum(first, end), end], axis=1)
 
     def put(self, index: int, *textures: NDArray[np.float32]) -> None:
@@ -96,13 +99,15 @@ class LightField:
         named = f"the texture of module {index}"
         textures = tuple(as_numbers(named, texture) for texture in textures)
         width, height = self._sizes[index].tolist()
-        expected, shapes = (height, width, self._texels.shape[1]), [texture.shape for texture in textures]
+        expected = (height, width, self._texels.shape[1])
+        shapes = [texture.shape for texture in textures]
         fits = all(len(shape) == 3 and shape[:2] == expected[:2] for shape in shapes)
         if not fits or sum(shape[2] for shape in shapes) != expected[2]:
             raise InputError(f"{named} has shape {' and '.join(map(str, shapes))}, expected {expected}")
         if not all(np.isfinite(texture).all() for texture in textures):
             raise InputError(f"{named} has a value that is not finite")
-        start, columns = self._room[index], slice(*self._columns[index].tolist())
+        start = self._room[index]
+        columns = slice(*self._columns[index].tolist())
         flat = [texture[:, columns].reshape(-1, texture.shape[2]) for texture in textures]
         np.concatenate(flat, axis=1, out=self._texels[start : start + len(flat[0])])
         self._starts[index] = start
@@ -147,9 +152,11 @@ class LightField:
         """The picture, and what the kernel tells of each of its rows: dark pixels, and columns that are seen."""
         check_choice("blend", blend, BLENDS)
         display = self.display
-        eye, screen = eye_point(display, eye_x), (display.screen_width, display.screen_height)
+        eye = eye_point(display, eye_x)
+        screen = (display.screen_width, display.screen_height)
         columns, rows = picture_size(display, width)
-        image, dark = np.empty((rows, columns, texels.shape[1]), np.float32), np.empty(rows, np.int64)
+        image = np.empty((rows, columns, texels.shape[1]), np.float32)
+        dark = np.empty(rows, np.int64)
         seen = np.empty((rows, len(self._sizes), 2), np.int64)
         modules = kernels.Modules(self._numbers, self._sizes, self._starts, self._columns, texels)
         kernels.compose(modules, eye, screen, BLENDS.index(blend), image, dark, seen)
@@ -241,10 +248,15 @@ def eye_view(display: Display | str | Path, physical_from_world: Matrix, eye_x: 
     display = find_display(display)
     e_x, e_y, e_z = eye_point(display, eye_x)
     columns, rows = picture_size(display, width)
-    distance, u_scale, v_scale = -e_z, columns / display.screen_width, rows / display.screen_height
-    near, far = 0.01 * distance, distance + max(m.z for m in display.modules)
-    f_u, f_v = u_scale * distance, v_scale * distance
-    c_u, c_v = columns / 2 + u_scale * e_x, rows / 2 - v_scale * e_y
+    distance = -e_z
+    u_scale = columns / display.screen_width
+    v_scale = rows / display.screen_height
+    near = 0.01 * distance
+    far = distance + max(m.z for m in display.modules)
+    f_u = u_scale * distance
+    f_v = v_scale * distance
+    c_u = columns / 2 + u_scale * e_x
+    c_v = rows / 2 - v_scale * e_y
     a = far / (far - near)
     screen_from_eye = np.array([[f_u, 0, c_u, 0], [0, -f_v, c_v, 0], [0, 0, a, -a * near], [0, 0, 1, 0]])
     eye_from_world = finite_numbers("physical_from_world", physical_from_world, 3, 4)
@@ -275,7 +287,8 @@ def eye_range(display: Display | str | Path, modules: Any = None) -> tuple[float
     shining = chosen_modules(display, modules)
     ends = [_reached(display, shining, place * display.screen_width) for place in (-0.499, 0.0, 0.499)]
     for group in (ends, ends[1:2]):
-        low, high = max(a for a, _ in group), min(b for _, b in group)
+        low = max(a for a, _ in group)
+        high = min(b for _, b in group)
         if low <= high:
             return low, high
     raise InputError(f"display {display.name}: no eye is reached from the middle of the screen")

@@ -56,7 +56,8 @@ def module_views(
     >>> [view.name for view in lfssao.module_views("statue", "sample-a", modules=[9, 10])]
     ['module_009', 'module_010']
     """
-    mesh, display = find_scene(mesh), find_views(display)
+    mesh = find_scene(mesh)
+    display = find_views(display)
     wanted = chosen_modules(display, modules)
     box = mesh.bounds if bounds is None else box_of("bounds", bounds)
     physical_from_world = fit_roi(box, display.roi)
@@ -91,9 +92,11 @@ def nearest_modules(display: "Display | LensletDisplay", index: int, count: int)
     The lenses of a lenslet display are its modules.
     """
     if isinstance(display, Display):
-        lenses, (one, several) = [(m.x, m.y, m.z) for m in display.modules], ("module", "modules")
+        lenses = [(m.x, m.y, m.z) for m in display.modules]
+        one, several = ("module", "modules")
     else:
-        lenses, (one, several) = display.lenses, display.WORDS
+        lenses = display.lenses
+        one, several = display.WORDS
     others = len(lenses) - 1
     if not 0 <= count <= others:
         raise InputError(f"neighbours is {count}: {display.name} has {others} {several} besides {one} {index}")

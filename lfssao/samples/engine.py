@@ -24,10 +24,12 @@ class Sampler(qmc.QMCEngine):  # type: ignore[misc]  # scipy has no types
 
     def __init__(self, method: str, seed: int = 0) -> None:
         super().__init__(2)
-        self._method, self._seed = find_method("square", method), seed
+        self._method = find_method("square", method)
+        self._seed = seed
 
     def _random(self, n: int = 1, *, workers: int = 1) -> FloatArray:
-        name, start = self._method.name, self.num_generated
+        name = self._method.name
+        start = self.num_generated
         if start and not self._method.prefix:
             raise InputError(f"{name}: its longer sets do not begin with the shorter ones; call reset() first")
         if name == "sobol" and not start and n & (n - 1):

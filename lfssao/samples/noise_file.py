@@ -23,7 +23,8 @@ def read_noise(path: Path, below: bool, sizes: Collection[Size] | None = None) -
     planes = [plane for part in read_image_file(path, sizes=decoded) for plane in part.planes]
     if not 1 <= len(planes) <= 3:
         raise InputError(f"{path}: it has {len(planes)} channels, angles are one, vectors two or three")
-    rows, wanted = len(planes[0]), {(height, width) for width, height in sizes or ()}
+    rows = len(planes[0])
+    wanted = {(height, width) for width, height in sizes or ()}
     with errors_of(str(path)):
         check_tile(planes[0].shape, wanted)
         if below and len({height % rows for height, _ in wanted}) > 1:

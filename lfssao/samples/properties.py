@@ -291,7 +291,8 @@ def _stratified(of: Points) -> list[Finding]:
 
 
 def _rows(of: Points) -> list[Finding]:
-    n, axis = len(of.points), 2 if of.domain == "sphere" else 0
+    n = len(of.points)
+    axis = 2 if of.domain == "sphere" else 0
     return [_not_one(f"bands of {n} along {'z' if axis else 'xi_1'}", _cells(of.points[:, axis], n), n)]
 
 

@@ -73,7 +73,8 @@ def half_turns(radians: NDArray[np.int32]) -> FloatArray:
     The product with 1 / (2 pi) is taken in 128-bit integers modulo one turn and cut, once, to a multiple of 2**-52.
     """
     high, middle, low = (np.uint64(part) for part in _INVERSE_TURN)
-    size, bits = np.abs(radians.astype(np.int64)).astype(np.uint64), np.uint64(32)
+    size = np.abs(radians.astype(np.int64)).astype(np.uint64)
+    bits = np.uint64(32)
     turn = size * high + ((size * middle + ((size * low) >> bits)) >> bits)
     turn = np.where(radians < 0, ~turn + np.uint64(1), turn)
     return np.asarray((turn >> np.uint64(11)) * 2.0**-52)
@@ -217,7 +218,8 @@ def angle_turns(radians: NDArray[np.floating[Any]], dtype: np.dtype[Any]) -> NDA
     [[[1.0, 0.878]], [[0.0, 0.479]]]
     """
     check_angles(radians)
-    angles, turns = radians.astype(np.float64, order="C"), np.empty((2, *radians.shape), _arithmetic(dtype))
+    angles = radians.astype(np.float64, order="C")
+    turns = np.empty((2, *radians.shape), _arithmetic(dtype))
     whole = np.floor(angles / (2.0 * PI) + 0.5)  # turns, which are taken off in three parts, the first two exactly
     for part in spiral.TURN:
         angles -= whole * part
@@ -252,7 +254,8 @@ def noise_turns(
 
 def check_tile(size: Sequence[int], sizes: Collection[tuple[int, int]]) -> None:
     """Refuse, by an InputError, angles or vectors whose size, height and width, is neither a texture's nor a tile's."""
-    (h, w), wanted = size, " or ".join(f"{width}x{height}" for height, width in sorted(sizes)[:3])
+    h, w = size
+    wanted = " or ".join(f"{width}x{height}" for height, width in sorted(sizes)[:3])
     for height, width in sizes:
         if (h, w) != (height, width) and not h == w <= MOST_TILE:
             tile = f"a tile is a square of up to {MOST_TILE}x{MOST_TILE}"

@@ -48,9 +48,11 @@ def spiral_discrepancy(s: int, tau: int) -> float:
     >>> round(lfssao.samples.spiral_discrepancy(9, 7), 3)
     0.06
     """
-    s, tau = check_whole("the number of taps", s, 1), check_whole("the number of turns", tau, 0)
+    s = check_whole("the number of taps", s, 1)
+    tau = check_whole("the number of turns", tau, 0)
     # Summed up, in whole numbers: the square is (9 P - 4 s^5 - s^3) / (36 s^5), P / (4 s^5) its last term.
     i = np.arange(s)
-    further, gap = np.maximum.outer(i, i), np.subtract.outer(i, i) * tau % s
+    further = np.maximum.outer(i, i)
+    gap = np.subtract.outer(i, i) * tau % s
     pairs = int(np.sum((2 * s - (2 * further + 1)) * (s * s - 2 * gap * (s - gap))))
     return sqrt((9 * pairs - 4 * s**5 - s**3) / (36 * s**5))

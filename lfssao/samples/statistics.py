@@ -89,7 +89,8 @@ def chi_square_share(cells: int, n: int, alarm: float) -> float:
 def _axes(count: int) -> FloatArray:
     """Directions spread over the sphere, (count, 3): a Fibonacci sphere."""
     k = np.arange(count) + 0.5
-    z, phi = 1 - 2 * k / count, pi * (1 + sqrt(5)) * k
+    z = 1 - 2 * k / count
+    phi = pi * (1 + sqrt(5)) * k
     r = np.sqrt(1 - z * z)
     return np.column_stack([r * np.cos(phi), r * np.sin(phi), z])
 

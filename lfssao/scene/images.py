@@ -19,7 +19,8 @@ from lfssao.files.whole import check_file
 from lfssao.scene.assets import bytes_of, reason_of
 
 _BYTE = 255  # the largest number of 8 bits
-_BITS, _PLANES = 258, 284  # tags of TIFF: bits of each number, and 2 for colours in planes
+_BITS = 258  # tag of TIFF: bits of each number
+_PLANES = 284  # tag of TIFF: 2 for colours in planes
 
 
 def read_image(path: Path) -> NDArray[np.float32]:

@@ -242,7 +242,8 @@ def _has_area(vertices: FloatArray, faces: NDArray[np.int32]) -> NDArray[np.bool
     """Whether each face spans an area: its edges' cross product, in float64, is not zero."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     # Edges are scaled to about 1 so that tiny meshes do not lose their areas to underflow.
-    edge1, edge2 = b - a, c - a
+    edge1 = b - a
+    edge2 = c - a
     size = np.maximum(np.abs(edge1).max(axis=1), np.abs(edge2).max(axis=1))
     size = np.where(size > 0, size, 1.0)[:, None]
     return np.asarray(np.cross(edge1 / size, edge2 / size).any(axis=1))
@@ -252,6 +253,7 @@ def moved(mesh: Mesh, transform: Matrix) -> Mesh:
     """A mesh moved by an affine map world -> world, (3, 4), itself by the identity; InputError as of ``Mesh``."""
     if np.array_equal(transform, np.eye(3, 4)):
         return mesh
-    vertices, turn = transform_points(transform, mesh.vertices), np.hstack([cofactors(transform), np.zeros((3, 1))])
+    vertices = transform_points(transform, mesh.vertices)
+    turn = np.hstack([cofactors(transform), np.zeros((3, 1))])
     normals = None if mesh.normals is None else transform_points(turn, mesh.normals)
     return Mesh(vertices, mesh.faces, mesh.paint, normals, mesh.name, mesh.degenerate, mesh.notes)

@@ -37,15 +37,18 @@ def read_obj(path: Path, data: bytes, assets: Assets) -> list[Part]:
     except ValueError as error:
         raise InputError(f"{path}: {error}") from None
     positions = np.array(lines.positions, np.float64).reshape(-1, 3)
-    corners, counts = np.array(lines.corners, np.int64), np.array(lines.counts, np.int64)
+    corners = np.array(lines.corners, np.int64)
+    counts = np.array(lines.counts, np.int64)
     triples = _triples(path, lines, corners, counts, assets)
     assets.check("its meshes", 200 * (len(positions) + len(corners)))
     polygons = Polygons(triples[corners, 0], counts)
     places, owner = triangulate(lambda face: f"{path}: line {lines.lines[face]}: a face", positions, polygons)
     if (counts < 3).any():
         assets.note(TOO_FEW_CORNERS)
-    triangles, used = corners[places], np.array(lines.materials, np.int64)[owner]
-    materials, parts = _Materials(path, lines.libraries, assets), []
+    triangles = corners[places]
+    used = np.array(lines.materials, np.int64)[owner]
+    materials = _Materials(path, lines.libraries, assets)
+    parts = []
     colors = _colors(path, lines, assets)
     for name, number in reversed(lines.names.items()):
         mine = triangles[used == number]
@@ -129,7 +132,8 @@ class _Materials:
     """Materials of all files that an OBJ names, and what they give to parts."""
 
     def __init__(self, path: Path, libraries: list[str], assets: Assets) -> None:
-        self._path, self._assets = path, assets
+        self._path = path
+        self._assets = assets
         self._named = bool(libraries)
         self._images: dict[str, NDArray[np.float32]] = {}
         self._found: dict[str, Material] = {}

@@ -34,9 +34,14 @@ class Lines:
     """Everything that the lines of an OBJ hold, in their order."""
 
     def __init__(self, assets: Assets) -> None:
-        self.positions, self.coordinates, self.normals = array("d"), array("d"), array("d")
-        self.colored, self.colors = array("q"), array("d")  # numbers of vertices; three or four numbers of each
-        self.corners, self.counts, self.lines = array("q"), array("q"), array("q")
+        self.positions = array("d")
+        self.coordinates = array("d")
+        self.normals = array("d")
+        self.colored = array("q")  # numbers of vertices
+        self.colors = array("d")  # three or four numbers of each of these
+        self.corners = array("q")
+        self.counts = array("q")
+        self.lines = array("q")
         self.table = _Corners()
         self.materials = array("q")  # of each face, its number in names
         self.names: dict[str | None, int] = {None: 0}
@@ -47,7 +52,8 @@ class Lines:
 
     def read(self, text: str) -> None:
         """Take all lines; ValueError, with the line, if one cannot be read."""
-        number, line = 0, ""
+        number = 0
+        line = ""
         try:
             for number, line in enumerate(text.split("\n"), 1):
                 words = (line.partition("#")[0] if "#" in line else line).split()

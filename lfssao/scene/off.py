@@ -41,7 +41,9 @@ def read_off(path: Path, data: bytes, assets: Assets) -> list[Part]:
     counts = whole(values[:2])
     if counts.min() < 0 or counts.sum() > len(values):
         raise InputError(f"{path}: it ends too early: it declares {counts[0]} vertices and {counts[1]} faces")
-    position, before, behind = 4 if four else 3, 3 if normal else 0, 2 if coordinates else 0
+    position = 4 if four else 3
+    before = 3 if normal else 0
+    behind = 2 if coordinates else 0
     plain = position + before + behind
     rows = None
     for head in (2, 3) if sizes[0] == 2 else (3,):  # the number of edges may be left out at the end of its line
@@ -75,7 +77,8 @@ _Rows = tuple[FloatArray, int, IntArray, IntArray]
 
 def _by_lines(values: FloatArray, sizes: IntArray, counts: IntArray, widths: list[int]) -> _Rows | None:
     """The rows of a file with a line a vertex and a line a face, from the numbers of each line; None if it has not."""
-    vertices, all_rows = int(counts[0]), int(counts.sum())
+    vertices = int(counts[0])
+    all_rows = int(counts.sum())
     if len(sizes) < all_rows or not vertices or sizes[0] not in widths or (sizes[:vertices] != sizes[0]).any():
         return None
     ends = np.cumsum(sizes)[vertices:all_rows]
@@ -86,7 +89,8 @@ def _by_lines(values: FloatArray, sizes: IntArray, counts: IntArray, widths: lis
 
 def _by_words(values: FloatArray, counts: IntArray, width: int) -> _Rows | None:
     """The rows of a file without colours of faces, wherever its lines end; None if the numbers do not fit."""
-    place, begins = int(counts[0]) * width, []
+    place = int(counts[0]) * width
+    begins = []
     for _ in range(int(counts[1])):
         if place >= len(values) or not 0 <= values[place] <= len(values):
             return None

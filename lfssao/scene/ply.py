@@ -43,7 +43,8 @@ def read_ply(path: Path, data: bytes, assets: Assets) -> list[Part]:
     if (polygons.counts < 3).any():
         assets.note(TOO_FEW_CORNERS)
     part = Part(vertices, polygons.corners[triangles])
-    part.normals, part.uv = vertex.several(("nx", "ny", "nz")), vertex.several(*_COORDINATES)
+    part.normals = vertex.several(("nx", "ny", "nz"))
+    part.uv = vertex.several(*_COORDINATES)
     part.vertex_colors = _colors(path, vertex, assets)
     if "texcoord" in face.lists:
         _take_corner_coordinates(part, face.lists["texcoord"][0], polygons, triangles, assets)
@@ -118,7 +119,8 @@ def _take_corner_coordinates(
     for name in ("vertices", "normals", "vertex_colors"):
         values = getattr(part, name)
         setattr(part, name, None if values is None else values[named[places]])
-    part.uv, part.faces = uv[places], numbers.reshape(-1, 3)
+    part.uv = uv[places]
+    part.faces = numbers.reshape(-1, 3)
 
 
 def _with_images(path: Path, part: Part, chosen: IntArray, images: list[str], assets: Assets) -> list[Part]:

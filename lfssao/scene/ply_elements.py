@@ -74,7 +74,8 @@ def read_elements(path: Path, data: bytes, assets: Assets) -> tuple[dict[str, El
 
 def _header(path: Path, header: str) -> tuple[str, list[Element]]:
     """The format and the elements that a header declares."""
-    form, elements = "", list[Element]()
+    form = ""
+    elements = list[Element]()
     for number, line in enumerate(header.split("\n"), 2):
         match line.split():
             case [] | ["obj_info" | "comment", *_]:
@@ -175,12 +176,15 @@ def _walk(
     kinds: list[tuple[str, str | None]], buffer: Any, position: int, rows: int
 ) -> tuple[list[IntArray], list[IntArray], int]:
     """The position of each property's first number in every row, how many it has there, and the position behind all."""
-    starts, lengths = [array("q") for _ in kinds], [array("q") for _ in kinds]
+    starts = [array("q") for _ in kinds]
+    lengths = [array("q") for _ in kinds]
     steps = []
     for (kind, count), start, length in zip(kinds, starts, lengths, strict=True):
-        read, before = None, 0
+        read = None
+        before = 0
         if count:
-            form, before = np.dtype(count), np.dtype(count).itemsize
+            form = np.dtype(count)
+            before = np.dtype(count).itemsize
             read = struct.Struct(form.str[0].replace("|", "=") + form.char).unpack_from
         steps.append((np.dtype(kind).itemsize, read, before, start.append, length.append))
     for _ in range(rows):

@@ -44,7 +44,8 @@ def triangulate(name_of: Callable[[int], str], vertices: FloatArray, faces: Poly
         raise InputError(f"{named}, but there are {len(vertices)} vertices")
     pieces = np.maximum(faces.counts - 2, 0)
     owner = np.repeat(np.arange(len(pieces)), pieces)
-    starts, begins = np.cumsum(faces.counts) - faces.counts, np.cumsum(pieces) - pieces
+    starts = np.cumsum(faces.counts) - faces.counts
+    begins = np.cumsum(pieces) - pieces
     step = np.arange(len(owner)) - begins[owner]
     first = starts[owner]
     triangles = np.stack([first, first + step + 1, first + step + 2], axis=1)
@@ -54,7 +55,8 @@ def triangulate(name_of: Callable[[int], str], vertices: FloatArray, faces: Poly
         alike = np.flatnonzero(faces.counts == count)
         corners = vertices[faces.corners[starts[alike, None] + np.arange(count)]]
         finite = np.isfinite(corners).all(axis=(1, 2))
-        flat, alike = _flattened(corners[finite]), alike[finite]
+        flat = _flattened(corners[finite])
+        alike = alike[finite]
         for number in np.flatnonzero(~_convex(flat)):
             face = int(alike[number])
             ears = _ears(name_of(face), flat[number])
@@ -116,5 +118,6 @@ def _ears(name: str, flat: FloatArray) -> IntArray:
 
 def _areas(triangles: FloatArray) -> FloatArray:
     """Twice the signed areas of triangles, (T, 3, 2)."""
-    a, b = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    a = triangles[:, 1] - triangles[:, 0]
+    b = triangles[:, 2] - triangles[:, 0]
     return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

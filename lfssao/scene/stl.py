@@ -30,7 +30,8 @@ def read_stl(path: Path, data: bytes, assets: Assets) -> list[Part]:
     bits as VisCAM or, with ``COLOR=`` in the header, as Magics writes them; facets without a colour are white, or have
     the header's. InputError if the file is broken or ends too early.
     """
-    size, count = len(data), int.from_bytes(data[80:_HEADER], "little")
+    size = len(data)
+    count = int.from_bytes(data[80:_HEADER], "little")
     needed = _HEADER + _FACET.itemsize * count
     if size != needed and (data.startswith(MARKS) or b"\0" not in data[:512]):
         return [_part(path, _vertices_of_text(path, as_text(data)), assets)]
@@ -89,9 +90,12 @@ def _colors(header: bytes, attributes: NDArray[np.uint16], assets: Assets) -> ND
             assets.note(TRANSPARENT)
         if not attributes.any():
             assets.note("its facets have no colours of their own: they have its header's")
-        whole, own = color_values(np.array([codes], np.float64), 255.0)[0], ~marked & attributes.any()
+        whole = color_values(np.array([codes], np.float64), 255.0)[0]
+        own = ~marked & attributes.any()
     elif marked.any():  # VisCAM: the mark means a colour, blue first
-        whole, own, bits = np.ones((1, 3), np.float32), marked, bits[:, ::-1]
+        whole = np.ones((1, 3), np.float32)
+        own = marked
+        bits = bits[:, ::-1]
     else:
         if attributes.any():
             assets.note("the attributes of its facets, which are no colours, are left out")

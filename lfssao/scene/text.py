@@ -70,7 +70,8 @@ def color_values(colors: NDArray[np.float64], most: float | None = None) -> tupl
     """
     if not np.isfinite(colors).all():
         raise ValueError("a colour is not finite")
-    largest, note = float(colors.max(initial=0.0)), ""
+    largest = float(colors.max(initial=0.0))
+    note = ""
     if most is None:
         most = _FULL if _LEAST_CODE <= largest <= _FULL else 1.0
         if most == _FULL:

@@ -53,7 +53,8 @@ def over_modules(
 
 def point_deviations(values: Values) -> NDArray[np.float64]:
     """Standard deviation of each point's values by ``over_modules``, (n,); NaN if fewer than two views see it."""
-    often, out = np.isfinite(values).sum(axis=1) >= 2, np.full(len(values), np.nan)
+    often = np.isfinite(values).sum(axis=1) >= 2
+    out = np.full(len(values), np.nan)
     out[often] = np.nanstd(values[often], axis=1)
     return out
 
@@ -64,7 +65,8 @@ def spread(values: Values) -> Spread:
     InputError if no point is seen twice.
     """
     deviations = point_deviations(values)
-    kept, deviation = values[np.isfinite(deviations)], deviations[np.isfinite(deviations)]
+    kept = values[np.isfinite(deviations)]
+    deviation = deviations[np.isfinite(deviations)]
     if not len(kept):
         raise InputError("no point is seen by two views")
     return Spread(

@@ -36,13 +36,15 @@ def sliders(draw: Callable[..., Any], **values: Sequence[Any]) -> Any:
         import ipywidgets as widgets  # late: optional, the extra 'notebooks' installs it
     except ImportError as error:
         raise MissingPackageError("sliders need ipywidgets: pip install 'lfssao[notebooks]'") from error
-    controls, first = {}, signature(draw).parameters
+    controls = {}
+    first = signature(draw).parameters
     for name, choices in values.items():
         given = {"options": [(_text(each), each) for each in choices], "value": first[name].default}
         is_menu = isinstance(choices[0], str)
         kind = widgets.Dropdown if is_menu else partial(widgets.SelectionSlider, continuous_update=False)
         controls[name] = kind(**given, description=name)
-    picture, sentence = widgets.Image(format="png"), widgets.Label()
+    picture = widgets.Image(format="png")
+    sentence = widgets.Label()
 
     def redraw(_: Any = None) -> None:
         try:

@@ -44,12 +44,15 @@ def best_matrix(world_to_image: WorldToImage, points: Points) -> MatrixFit:
     """
     image = world_to_image(points)[:, :2]
     kept = np.isfinite(image).all(axis=1)
-    points, image = points[kept], image[kept]
+    points = points[kept]
+    image = image[kept]
     if len(points) < 6:
         raise InputError(f"a matrix is fitted to at least 6 points, and {len(points)} are in the mapping's domain")
     # Both sides about 1 in size: else the equations of texels and metres are badly conditioned.
-    middle, size = image.mean(axis=0), float(np.abs(image - image.mean(axis=0)).max()) or 1.0
-    aim, rows = (image - middle) / size, np.hstack([points, np.ones((len(points), 1))])
+    middle = image.mean(axis=0)
+    size = float(np.abs(image - image.mean(axis=0)).max()) or 1.0
+    aim = (image - middle) / size
+    rows = np.hstack([points, np.ones((len(points), 1))])
 
     def error(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray((_project(matrix.reshape(3, 4), rows) - aim).T.ravel())
@@ -72,7 +75,8 @@ def _project(matrix: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[
 
 def _equations(rows: NDArray[np.float64], image: NDArray[np.float64]) -> NDArray[np.float64]:
     """The rows (X, 0, -u X) and (0, X, -v X), which a matrix's numbers multiply."""
-    none, (u, v) = np.zeros_like(rows), image.T[:, :, None]
+    none = np.zeros_like(rows)
+    u, v = image.T[:, :, None]
     return np.vstack([np.hstack([rows, none, -u * rows]), np.hstack([none, rows, -v * rows])])
 
 
@@ -84,7 +88,9 @@ def roi_lattice(display: Display, steps: tuple[int, int, int] = (13, 7, 5)) -> P
 
 def matrix_fits(display: Display) -> list[MatrixFit]:
     """Return the best matrix of each module, over the part of the region of interest that it sees, in metres."""
-    fits, points, world = [], roi_lattice(display), np.eye(3, 4)
+    fits = []
+    points = roi_lattice(display)
+    world = np.eye(3, 4)
     for k in range(len(display.modules)):
         seen = display.physical_to_image(k, points)[1] == VALID
         fits.append(best_matrix(display.view(k, world).world_to_image, points[seen]))
@@ -111,7 +117,8 @@ def draw_matrix_fits(display: Display, fits: list[MatrixFit], index: int) -> Fig
 
 def _draw_points(axes: Any, display: Display, fit: MatrixFit, index: int) -> None:
     module = display.modules[index]
-    near, far = display.roi[0][2], display.roi[1][2]
+    near = display.roi[0][2]
+    far = display.roi[1][2]
     depth = (fit.points[:, 2] - near) / (far - near)
     axes.scatter(*fit.image.T, s=14, c=depth, cmap="coolwarm", label="mapping (red: far, blue: near)")
     away = fit.fitted - fit.image

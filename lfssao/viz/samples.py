@@ -50,7 +50,8 @@ def draw_samples(sets: Sequence[SampleSet], r_min: float = 0.0, r_max: float = 1
 
 
 def _draw_points(figure: Figure, place: Any, sets: Sequence[SampleSet]) -> None:
-    points, weights = np.concatenate([made.points for made in sets]), sets[0].weights
+    points = np.concatenate([made.points for made in sets])
+    weights = sets[0].weights
     size: Any = max(2.0, min(30.0, 3000 / len(points)))
     if len(sets) == 1 and weights is not None:
         size = size * weights / float(np.mean(weights))
@@ -67,7 +68,8 @@ def _draw_histogram(axes: Any, name: str, values: FloatArray, domain: str, inner
     u = np.linspace(0, 1, int(np.clip(n // 10, 4, 30)) + 1)
     edges, label = (360 * u, "phi, degrees") if name == "phi" else (2 * u - 1, name)
     if name == "r":
-        edges, label = inner + (1 - inner) * u, "r, of the largest"
+        edges = inner + (1 - inner) * u
+        label = "r, of the largest"
         u = edges**2 if domain == "disk" else (edges**3 - inner**3) / (1 - inner**3)
     fair = np.diff(u)
     sigma = np.sqrt(fair * (1 - fair) / n)

@@ -55,7 +55,8 @@ def draw_texel(texel: tuple[int, int], depth: Texture, samples: Sequence[Sample]
     figure = Figure(figsize=(10, 3.6), layout="constrained")
     whole, near, side = figure.subplots(1, 3, width_ratios=(1, 1, 1.1))
     landed = [sample for sample in samples if sample.texel is not None]
-    u, v = texel[0] + 0.5, texel[1] + 0.5
+    u = texel[0] + 0.5
+    v = texel[1] + 0.5
     # Half the edge of the square of texels, about this one, that holds all image points in the texture.
     half = float(np.ceil(max((max(abs(s.u - u), abs(s.v - v)) for s in landed), default=0.0))) + 1.5
     for axes in (whole, near):
@@ -84,7 +85,8 @@ def _draw_near(axes: Any, landed: Sequence[Sample]) -> None:
 
 def _draw_depths(axes: Any, depth: Texture, texel: tuple[int, int], landed: Sequence[Sample]) -> None:
     for sample in landed:
-        color, surface = _COLORS[sample.outcome], sample.z - sample.behind
+        color = _COLORS[sample.outcome]
+        surface = sample.z - sample.behind
         if np.isfinite(surface):
             axes.plot([sample.number] * 2, [surface, sample.z], color=color, linewidth=1.5)
             axes.plot(sample.number, surface, "_", color="black", markersize=16, markeredgewidth=2)

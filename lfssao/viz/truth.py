@@ -39,9 +39,11 @@ def deviation(occlusion: Texture, truth: Texture, surface: NDArray[np.bool_]) ->
     shapes = occlusion.shape, truth.shape, np.shape(surface)
     if len(set(shapes)) > 1 or surface.dtype != np.bool_ or not surface.any():
         raise InputError(f"occlusion, truth and surface have shapes {shapes}, expected one, and a texel with a surface")
-    mine, exact = occlusion[surface].astype(np.float64), truth[surface].astype(np.float64)
+    mine = occlusion[surface].astype(np.float64)
+    exact = truth[surface].astype(np.float64)
     error = mine - exact
-    a, b = mine - mine.mean(), exact - exact.mean()
+    a = mine - mine.mean()
+    b = exact - exact.mean()
     spread = float(np.sqrt((a * a).sum() * (b * b).sum()))
     correlation = float((a * b).sum()) / spread if spread > 0 else float("nan")
     return Deviation(float(error.mean()), float(np.sqrt((error * error).mean())), correlation)
@@ -61,7 +63,8 @@ def draw_against_truth(
     panels[1, 0].set_visible(False)
     panels[0, 0].tick_params(labelbottom=True)
     for axes, texture in zip(panels[1, 1:], textures.values(), strict=True):
-        error, found = np.ma.masked_where(~surface, texture - truth), deviation(texture, truth, surface)
+        error = np.ma.masked_where(~surface, texture - truth)
+        found = deviation(texture, truth, surface)
         title = f"RMSE {found.rmse:.3f}\nbias {found.bias:+.3f}"
         shown = draw_texture(axes, error, title, cmap="RdBu_r", vmin=-limit, vmax=limit)
     figure.colorbar(shown, ax=panels[1], shrink=0.8, extend="both", label="ao less the truth\n(red: too dark)")

@@ -39,7 +39,8 @@ def _occlusion(
     hole: float = 0.0,
 ) -> Occlusion:
     numbers = np.array([scale, 0, 0, 0, 0, scale, 0, 0, 0, 0, scale, 0, 2.0, -4.0, 1.0, 1.0])
-    depth, positions = np.full((2, 2), hole, texture), np.zeros((2, 2, 3), np.float32)
+    depth = np.full((2, 2), hole, texture)
+    positions = np.zeros((2, 2, 3), np.float32)
     return ssao.algorithm2(depth, positions, WorldToImage(CROSSED_SLITS, numbers), np.asarray(samples), radius)
 
 

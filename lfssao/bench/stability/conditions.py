@@ -54,7 +54,8 @@ def compare(name: str, textures: Buffers, radius: float, parameters: Mapping[str
 
     Decisions are texels, flipped where occlusion differs by more than ``FINE``, a code of a texture of 8 bits.
     """
-    made, rotation = [], ESTIMATORS[name].rotation
+    made = []
+    rotation = ESTIMATORS[name].rotation
     for path in PATHS:
         arrays = textures.depth, textures.positions, textures.normals
         buffers = Buffers(textures.view, *(array.astype(path) for array in arrays if array is not None))
@@ -62,7 +63,8 @@ def compare(name: str, textures: Buffers, radius: float, parameters: Mapping[str
         made.append(estimate(name, turned, radius, None, None, "radii", **parameters).texture.astype(np.float64))
     error = np.abs(made[0] - made[1])
     outside = sum(int((~((texture >= 0) & (texture <= 1))).sum()) for texture in made)
-    rms, flipped = float(np.sqrt((error * error).mean())), int((~(error <= FINE)).sum())
+    rms = float(np.sqrt((error * error).mean()))
+    flipped = int((~(error <= FINE)).sum())
     return Measured(None, None, float(error.max()), FINE, outside, flipped, 0, error.size, rms)
 
 
@@ -94,13 +96,15 @@ def seen(kind: str, surface: str = "hills", relief: float = 0.25, size: tuple[in
         view = shown_by.with_resolution(*size).view(0, UNCHANGED)
     s, t = np.meshgrid(*((np.arange(n) + 0.5) * 2 / n - 1 for n in size))
     heights = SURFACES[surface](s, t, np.indices(s.shape).sum(axis=0) % 2.0)
-    depth, cast = np.full(s.shape, np.inf), np.full((*s.shape, 3), np.inf)
+    depth = np.full(s.shape, np.inf)
+    cast = np.full((*s.shape, 3), np.inf)
     for (j, i), z in np.ndenumerate((2.0 if kind in PROJECTIONS else 0.0) + relief * heights):
         x, y, _, across, down, _, near, far = texel_ray(view.rays, i + 0.5, j + 0.5)
         if near < z < far:
             depth[j, i], cast[j, i] = image_depth(view.rays, z), (x + z * across, y + z * down, z)
     points = transform_points(view.world_from_cast, cast.reshape(-1, 3)).reshape(cast.shape)
-    look, place = Buffers(view, depth, cast).directions, np.pad(points, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    look = Buffers(view, depth, cast).directions
+    place = np.pad(points, ((1, 1), (1, 1), (0, 0)), mode="edge")
     normals = np.cross(place[1:-1, 2:] - place[1:-1, :-2], place[2:, 1:-1] - place[:-2, 1:-1])
     normals /= np.sqrt((normals * normals).sum(axis=2, keepdims=True))
     normals = np.where(np.isfinite(normals).all(axis=2, keepdims=True), normals, look)  # at the hole's edge
@@ -156,7 +160,8 @@ def _radii(kind: str) -> Inputs:
 
 def _parameters(kind: str) -> Inputs:
     for power, epsilon in product((2, -12), (1e-30, 0.0)):
-        text, guards = f"R = 2^{power} texels, beta = 0, epsilon = {epsilon:g}", {"epsilon": epsilon, "beta": 0.0}
+        text = f"R = 2^{power} texels, beta = 0, epsilon = {epsilon:g}"
+        guards = {"epsilon": epsilon, "beta": 0.0}
         yield "epsilon", text, on(kind, 2.0**power, parameters=guards)
     passes: dict[str, tuple[Value, ...]] = {
         "sharpness": (0.0, 1e9), "gauss": (1e-3, 1e2), "packed": (False,), "z_min": (1e-6, 1e12),

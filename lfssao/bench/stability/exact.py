@@ -39,7 +39,8 @@ class _Table:
     """An array whose elements are numbers of an arithmetic, and whose rows are such arrays."""
 
     def __init__(self, array: NDArray[Any], work: Arithmetic) -> None:
-        self._array, self._work = array, work
+        self._array = array
+        self._work = work
         self._made: dict[Any, Any] = {}
         self.shape = array.shape
 
@@ -93,7 +94,8 @@ class _View(FloatView):
         Moments are linear in each of the three between places where a whole number of ``look_up`` changes, and are the
         most and the least there or at the ends.
         """
-        given, last = (level, *seen), len(self.moments_of.starts) - 1
+        given = (level, *seen)
+        last = len(self.moments_of.starts) - 1
         exact = filtered_moments(self.moments_of, *(np.float64(float(x.value)) for x in given))
         if not all(x.error < _CLOSE for x in given):
             return tuple(Tracked(x.value, inf, x.arithmetic) for x in exact)
@@ -105,7 +107,9 @@ class _View(FloatView):
 
     def coarse_z(self, seen: Any, h: Any, log_q: int) -> tuple[Tracked, Any]:
         """The z of the level of a sample h texels away, off by what those of other levels differ that h may ask for."""
-        levels, work, off = self.levels, h.arithmetic, Fraction(min(h.error, float(FAR)))
+        levels = self.levels
+        work = h.arithmetic
+        off = Fraction(min(h.error, float(FAR)))
         place = partial(level_texel, levels.first, column=self.column(seen), row=self.row(seen), width=self.width)
 
         def level_of(distance: Fraction) -> int:
@@ -157,11 +161,13 @@ def landed(seen: Image, size: tuple[int, int]) -> tuple[int | None, Sequence[int
 
     Either may be ``OUTSIDE``. size: rows and columns. The others are None where rounding may move it into any.
     """
-    (u, v, valid), (rows, columns) = seen, size
+    u, v, valid = seen
+    rows, columns = size
     here = _texel(floor(u.value), floor(v.value), size) if holds(valid) else OUTSIDE
     if not (holds(valid) or in_doubt(valid)):
         return here, []
-    across, down = _reach(u, columns), _reach(v, rows)
+    across = _reach(u, columns)
+    down = _reach(v, rows)
     if not 0 < len(across) * len(down) <= _MOST:
         return here, None
     others = {_texel(i, j, size) for i, j in product(across, down)} | ({OUTSIDE} if in_doubt(valid) else set())
@@ -178,7 +184,8 @@ def _reach(coordinate: Tracked, size: int) -> range:
     if coordinate.error > size:
         return range(0)
     error = Fraction(coordinate.error)
-    low, high = floor(coordinate.value - error), floor(coordinate.value + error)
+    low = floor(coordinate.value - error)
+    high = floor(coordinate.value + error)
     return range(min(max(low, -1), size), min(max(high, -1), size) + 1)
 
 
@@ -218,7 +225,8 @@ class Formulas:
 
     def _terms(self, here: Any, texel: int) -> Iterator[Tracked]:
         """The terms of a texel's samples."""
-        view, own = self.view, self.estimator
+        view = self.view
+        own = self.estimator
         for s in range(own.points.shape[0]):
             place = own.place(view, here, s)
             z = view.depth_at(place)
@@ -234,13 +242,17 @@ class Formulas:
 
     def _rises(self, here: Any, texel: int) -> Iterator[Tracked]:
         """The numbers that a texel's steps add."""
-        view, own, half = self.view, self.estimator, self.work.given(0.5)
-        column, row = texel % view.width + half, texel // view.width + half
+        view = self.view
+        own = self.estimator
+        half = self.work.given(0.5)
+        column = texel % view.width + half
+        row = texel // view.width + half
         state: Any = None
         for s in range(own.points.shape[0]):
             place = own.place(view, here, s)
             u, v, valid = image(view.kind, view.lens, place, view.depth_at(place))
-            across, down = u - column, v - row
+            across = u - column
+            down = v - row
             state = own.begin(view, here, s) if s % own.sides == 0 else state
             for step in range(1, own.steps + 1):
                 k = self.work.given(step)

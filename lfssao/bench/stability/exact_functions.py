@@ -12,7 +12,8 @@ ROOT = 300  # bits of a root's value
 
 def shortened(value: Fraction) -> Fraction:
     """A value of at most so many bits."""
-    n, d = value.numerator, value.denominator
+    n = value.numerator
+    d = value.denominator
     if d.bit_length() <= _BITS:
         return value
     k = max(0, _KEPT + d.bit_length() - n.bit_length())
@@ -47,9 +48,13 @@ def cosine_and_sine(x: Fraction) -> tuple[Fraction, Fraction]:
     """Cosine and sine of an angle of a few turns, to 2^-200: of its 64th part by Taylor's series, doubled six times."""
     one = 1 << ROOT
     angle = floor(x * one) >> 6
-    square, cosine, sine, term = angle * angle // one, 0, 0, one
+    square = angle * angle // one
+    cosine = 0
+    sine = 0
+    term = one
     for n in range(0, 48, 2):
-        cosine, sine = cosine + term, sine + term * angle // one // (n + 1)
+        cosine = cosine + term
+        sine = sine + term * angle // one // (n + 1)
         term = -term * square // one // ((n + 1) * (n + 2))
     for _ in range(6):
         cosine, sine = (cosine * cosine - sine * sine) // one, 2 * sine * cosine // one

@@ -117,7 +117,8 @@ def along_rays(shown_by: Display, index: int, part: float) -> Stiff:
     points = origin + z * direction
     points[..., 2] = z[..., 0]
     step = (1 - part) * 0.01 * float(np.abs(span[..., 1] - span[..., 0]).max())
-    middle, towards = direction[module.height // 2, module.width // 2], (np.indices(u.shape).sum(axis=0) % 2) * 2.0
+    middle = direction[module.height // 2, module.width // 2]
+    towards = (np.indices(u.shape).sum(axis=0) % 2) * 2.0
     depth = (points[..., 2] + step * towards).astype(np.float32)
     texels = [(int(j), int(i)) for j in rows for i in columns if span[j, i, 0] < span[j, i, 1]]
     return Stiff(general_view(shown_by, index), points, step * middle, depth, texels=texels)
@@ -161,7 +162,8 @@ def _worlds() -> Inputs:
     for power in (-6, -3, 3, 6):
         size = np.array([0.7, 0.7 * 10.0**power, 0.25]) if power < 0 else np.array([0.4 * 10.0**-power, 0.4, 0.25])
         roi = ((-size[0], -size[1], -size[2]), (size[0], size[1], size[2]))
-        shown_by, fitted = replace(display(), roi=roi), fit_roi(np.array([-7 * size, 7 * size]), roi)
+        shown_by = replace(display(), roi=roi)
+        fitted = fit_roi(np.array([-7 * size, 7 * size]), roi)
         yield "aspect", f"a ROI of width / height 1e{-power}", made(scene, lattice() * size * 7, shown_by, fitted)
         high = np.array([1.0, 10.0**power, 1.0])
         world = UNCHANGED / high[:, None]
@@ -248,9 +250,11 @@ def _cameras() -> Inputs:
     for power in (1, 2, 4, 8):
         eye = camera_at_origin("perspective", 0.5 * 10.0**power)
         depth = (1 - 10.0 ** (-power * upward[::-1])) / (1 - 10.0**-power)
-        text, behind = f"far / near = 1e{power}, samples 0.01 near behind", (0.002, 0.001, -0.005)
+        text = f"far / near = 1e{power}, samples 0.01 near behind"
+        behind = (0.002, 0.001, -0.005)
         yield "perspective depth", text, made(seen_by, eye, depth, behind)
-        eye, depth = replace(eye, projection="orthographic"), (10.0 ** (power * upward) - 1) / (10.0**power - 1)
+        eye = replace(eye, projection="orthographic")
+        depth = (10.0 ** (power * upward) - 1) / (10.0**power - 1)
         yield "orthographic depth", text, made(seen_by, eye, depth, (0.02, 0.01, -0.005))
     eye = camera_at_origin("perspective", 8.0)
     for k in (5, 10, 20, 30):

@@ -65,7 +65,8 @@ class Measured:
 def measure(case: Stiff, path: str) -> Measured:
     """Measure errors and decisions of a case in 'float32' or 'float64'."""
     dtype = np.dtype(path)
-    bounded, probed = Exact(case, Arithmetic.of(dtype)), Exact(case, PROBED)
+    bounded = Exact(case, Arithmetic.of(dtype))
+    probed = Exact(case, PROBED)
     places, occluded = computed(case, dtype)
     texels = list(np.ndindex(case.depth.shape)) if case.texels is None else case.texels
     found = [(0.0, 0.0, 0.0, 0.0)]  # condition, ulp, error and bound of each coordinate
@@ -77,7 +78,8 @@ def measure(case: Stiff, path: str) -> Measured:
         exact, z = bounded.image(texel)
         right, doubtful = _decision(case, exact, z)
         wrong = right != bool(occluded[texel])
-        flipped, undecided = flipped + wrong, undecided + doubtful
+        flipped = flipped + wrong
+        undecided = undecided + doubtful
         over = wrong and not doubtful
         if in_doubt(exact[2]):
             found.append((0.0, 0.0, 0.0, inf))
@@ -102,14 +104,17 @@ class Exact:
 
     def __init__(self, case: Stiff, work: Arithmetic) -> None:
         make = DOUBLE if work.unit else work
-        view, kind = case.view, case.view.world_to_image.kind
-        back, ends = np.zeros(0), np.zeros(4)  # screen -> world, and the divisor's row: of a camera alone
+        view = case.view
+        kind = case.view.world_to_image.kind
+        back = np.zeros(0)  # screen -> world, of a camera alone
+        ends = np.zeros(4)  # the divisor's row, of a camera alone
         if kind == CROSSED_SLITS:
             numbers = slits_numbers(_given(view.cast_from_world, make), _given(view.lens, make).tolist())
         elif kind == MATRIX:
             forth, from_screen = screen_matrices([*_given(view.lens[:6], make), *view.lens[6:]])
             numbers = (np.array(forth) @ to_4x4(view.cast_from_world)).ravel()
-            back, ends = (to_4x4(view.world_from_cast) @ np.array(from_screen)).ravel(), numbers[12:]
+            back = (to_4x4(view.world_from_cast) @ np.array(from_screen)).ravel()
+            ends = numbers[12:]
         else:
             numbers = _given(view.world_to_image.numbers, make)
 
@@ -117,8 +122,11 @@ class Exact:
             return [work.rounded(x if isinstance(x, Tracked) else make.number(x)) for x in numbers]
 
         rows = rounded([*numbers[:8], *ends, *numbers[8:12]])
-        self._case, self._work, self._kind = case, work, kind
-        self._lens, self._back = rounded(numbers[12:]), rounded(back)
+        self._case = case
+        self._work = work
+        self._kind = kind
+        self._lens = rounded(numbers[12:])
+        self._back = rounded(back)
         self._at: Any = partial(affine_rows, rows)
         self._along: Any = partial(linear_rows, rows)
         self._unprojected: Any = partial(affine_rows, self._back)
@@ -153,9 +161,11 @@ def error_of(ours: Any, exact: Fraction, dtype: np.dtype[Any], least: float = 1.
 
 def computed(case: Stiff, dtype: np.dtype[Any]) -> tuple[Texture, NDArray[np.bool_]]:
     """Image coordinates (H, W, 2) and decisions (H, W) of the kernels; AO of one sample is 0 or 1."""
-    view, turn = case.view, case.turn
+    view = case.view
+    turn = case.turn
     surface = case.depth if case.stored is None else case.stored
-    positions, depth = case.positions.astype(dtype), surface.astype(dtype)
+    positions = case.positions.astype(dtype)
+    depth = surface.astype(dtype)
     if view.screen_to_world is not None:  # Algorithm 1
         positions = ssao.unprojected(depth, view.screen_to_world)
     turns = np.full((*depth.shape, 2), turn, dtype).transpose(2, 0, 1) if turn else None
@@ -172,7 +182,8 @@ def _kernel_image(to_image: WorldToImage, positions: Texture, offset: Texture, t
         image = np.empty_like(points)
         mapping.land(projection, points, image)
         return image[:, :2].reshape(*positions.shape[:-1], 2)
-    affine, way = mapping.affine_row.py_func, kernels.offset_row.py_func
+    affine = mapping.affine_row.py_func
+    way = kernels.offset_row.py_func
     places: Any = np.moveaxis(positions, -1, 0)
     with np.errstate(all="ignore"):  # outside the domain
         turns = np.array(turn, m.dtype)[:, None] if turn else None

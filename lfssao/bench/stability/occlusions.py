@@ -27,7 +27,8 @@ from lfssao.bench.stability.table import Inputs, Stated
 from lfssao.bench.stability.tracked import Arithmetic, Tracked
 
 # Samples, and terms of a row, those of a few texels spread over the texture; of one where an estimator has as many.
-_SAMPLES, _TERMS = 8, 24
+_SAMPLES = 8
+_TERMS = 24
 
 
 SAMPLING = "sampling pass"
@@ -79,12 +80,14 @@ def compare(name: str, textures: Buffers, radius: float, path: str) -> Measured:
     It is A before averaging of ``SAMPLED``. Decisions are texels, flipped where the error is more than ``FINE``, and
     undecided where its bound is.
     """
-    estimator, dtype = find_estimator(name), np.dtype(path)
+    estimator = find_estimator(name)
+    dtype = np.dtype(path)
     arrays = textures.depth, textures.positions, textures.normals
     buffers = Buffers(textures.view, *(array.astype(dtype) for array in arrays if array is not None))
     turned = buffers if estimator.rotation == "none" else buffers.turned(estimator.rotation)
     made = made_by(name, turned, radius, min(estimator.count, _SAMPLES), estimator.options())
-    ours, there = made.texture.ravel(), np.flatnonzero(made.depth < np.inf)
+    ours = made.texture.ravel()
+    there = np.flatnonzero(made.depth < np.inf)
     count = max(1, _TERMS // (made.numbers.points.shape[0] * getattr(made.numbers, "steps", 1)))
     texels = there[(np.arange(count) * 2 + 1) * len(there) // (2 * count)]
     exact = [made.exact(int(texel)) for texel in texels]
@@ -109,16 +112,19 @@ def made_by(name: str, buffers: Buffers, radius: float, count: int, options: Any
 
     A's exact value is of the points, normals and levels of z that the kernels make before the sampling pass.
     """
-    estimator, work = find_estimator(name), Arithmetic.of(buffers.depth.dtype)
+    estimator = find_estimator(name)
+    work = Arithmetic.of(buffers.depth.dtype)
     if name in SAMPLED:
         z = linear_z(buffers)
         view, numbers = sampling_pass(buffers, z, radius, options)
-        made, scale = sample(buffers, z, radius, options)[0], work.given(scale_of(options, z.dtype))
+        made = sample(buffers, z, radius, options)[0]
+        scale = work.given(scale_of(options, z.dtype))
     else:
         assert estimator.formulas is not None
         samples = estimator.default_samples(count)
         numbers = estimator.formulas(buffers, radius, *samples, options)
-        view, scale = float_view(buffers, words_of(numbers), options), None
+        view = float_view(buffers, words_of(numbers), options)
+        scale = None
         if estimator.filtered:
             view = view._replace(moments_of=moment_pyramid(cast_depth(buffers), options.prefilter))
         made = estimate(name, buffers, radius, *samples, "radii", **vars(options)).texture

@@ -88,7 +88,9 @@ def save_plot(rows: Iterable[Row], path: Path) -> None:
     figure = Figure(figsize=(11, 1.5 + 0.24 * len(cases)), layout="constrained")
     axes = figure.add_subplot()
     for (case, name), row in worst.items():
-        x, y, m = paths.index(name), cases.index(case), row.measured
+        x = paths.index(name)
+        y = cases.index(case)
+        m = row.measured
         axes.add_patch(Rectangle((x, y), 1, 1, facecolor=_COLORS[row.verdict], edgecolor="white"))
         text = "" if m is None else f"{m.error:.0e}" if m.error else "0"
         axes.text(x + 0.5, y + 0.5, text, ha="center", va="center", fontsize=7)

@@ -35,7 +35,8 @@ def blurred(sigma: float, path: str) -> Measured:
     texels = ((np.arange(_TEXELS) * 5 % _TEXELS + 1) / 8).astype(dtype)
     ours = post.blur(texels[None, :], sigma)[0]
     taps = len(post.gaussian_kernel(sigma))
-    unit, double = float(np.finfo(dtype).epsneg), 2.0**-53
+    unit = float(np.finfo(dtype).epsneg)
+    double = 2.0**-53
     relative = (2 * (taps + 1) + 8 * taps) * unit + 2 * (taps + 20) * double
     return _compared(ours, _gaussian(texels.astype(np.float64), sigma, taps // 2), relative)
 
@@ -60,7 +61,8 @@ def counted(samples: int, path: str) -> Measured:
     """Measure k / n for counts k about 2^24 and at n: k, n and the quotient are rounded once each."""
     dtype = np.dtype(path)
     counts = np.array([1, 2**24 - 1, 2**24, 2**24 + 1, samples // 2 + 1, samples - 1, samples], np.int32)
-    depth, ao = np.zeros(len(counts), dtype), np.empty(len(counts), dtype)
+    depth = np.zeros(len(counts), dtype)
+    ao = np.empty(len(counts), dtype)
     ssao.finish_run.py_func(depth, 0, 0, len(counts), samples, counts, ao)
     return _compared(ao, [Fraction(int(k), samples) for k in counts], 3 * float(np.finfo(dtype).epsneg))
 
@@ -88,10 +90,14 @@ def slivers(path: str) -> Measured:
     Rays are cast in float64 on every path. 'flipped' are wrong signs; the condition number is the difference's.
     """
     del path
-    wrong, conditions, edges = 0, [], list(product(range(1, 33), range(-2, 3), range(-2, 3)))
+    wrong = 0
+    conditions = []
+    edges = list(product(range(1, 33), range(-2, 3), range(-2, 3)))
     for k, i, j in edges:
-        a, b = 1.0 + k * 2.0**-20, 1.0 - k * 2.0**-21
-        c, d = a + i * 2.0**-52, b + j * 2.0**-53
+        a = 1.0 + k * 2.0**-20
+        b = 1.0 - k * 2.0**-21
+        c = a + i * 2.0**-52
+        d = b + j * 2.0**-53
         exact = Fraction(a) * Fraction(b) - Fraction(c) * Fraction(d)
         wrong += int(np.sign(triangle.exact_difference(a, b, c, d))) != (exact > 0) - (exact < 0)
         if exact:

@@ -81,7 +81,8 @@ class Refusal:
 
     def rows(self) -> Iterator[Row]:
         """One row: BROKEN unless the attempt is refused, in these words."""
-        verdict, sentence = BROKEN, "it was served"
+        verdict = BROKEN
+        sentence = "it was served"
         try:
             self.attempt()
         except InputError as error:

@@ -20,8 +20,7 @@ from lfssao.bench.stability import exact_functions as functions
 
 _PLAIN = int, float, np.number  # types of plain numbers
 _NORMAL = Fraction(1, 2**1022)  # the smallest
-# More than the dozen float64 operations of a bound can have rounded away.
-_SAFETY = 1.0 + 2.0**-40
+_SAFETY = 1.0 + 2.0**-40  # more than the dozen float64 operations of a bound can have rounded away
 
 
 @dataclass(frozen=True)
@@ -131,10 +130,10 @@ class Tracked:
         """The quotient; its error is unbounded where the divisor may be 0."""
         if (b := self._of(other)) is None:
             return NotImplemented
-        quotient, least = self.value / b.value if b.value else Fraction(0), b.size - b.error
-        if not b.value or not least > 0:
+        quotient = self.value / b.value if b.value else Fraction(0)
+        if not b.value or not b.size > b.error:
             return Tracked(functions.shortened(quotient), inf, self.arithmetic)
-        return self.arithmetic.number(quotient, (self.error + abs(float(quotient)) * b.error) / least)
+        return self.arithmetic.number(quotient, (self.error + abs(float(quotient)) * b.error) / (b.size - b.error))
 
     def __rtruediv__(self, other: Any) -> Any:
         return self._of(other) / self
@@ -149,8 +148,8 @@ class Tracked:
         """A number from 0 on to a power k >= 0 in float64, rounded once, its value to 60 digits; it grows with x."""
         if k == 1:
             return self
-        value, x = functions.power_of(self.value, k), self.size
-        ends = max(x - self.error, 0.0) ** k, (x + self.error) ** k
+        value = functions.power_of(self.value, k)
+        ends = max(self.size - self.error, 0.0) ** k, (self.size + self.error) ** k
         off = max(abs(end - float(value)) for end in ends) if self.error or self.arithmetic.unit else 0.0
         return self.arithmetic.number(value, off + 2.0**-50 * float(value) * (self.arithmetic.unit > 0))
 
@@ -166,7 +165,7 @@ class Tracked:
             return self
         if not self.value > 0:
             return Tracked(Fraction(0), inf, self.arithmetic)
-        n, d = self.value.numerator, self.value.denominator
+        n, d = self.value.as_integer_ratio()
         k = functions.ROOT + max(0, d.bit_length() - n.bit_length())
         value = Fraction(isqrt((n << 2 * k) // d), 1 << k)
         within = self.size > self.error
@@ -230,7 +229,8 @@ class Tracked:
 
     def _whole(self, cut: Callable[[Fraction], int]) -> "Tracked":
         """A whole number made of it by a function that grows with it."""
-        value, error = cut(self.value), self.error
+        value = cut(self.value)
+        error = self.error
         if error < inf:
             ends = (cut(self.value + sign * Fraction(error)) for sign in (-1, 1))
             error = float(max(abs(end - value) for end in ends))

@@ -40,11 +40,13 @@ def points_of(result: dict[str, Any], error: str, radii: Sequence[float] | None 
     its reference's own is none.
     """
     _, entry, figure = ERRORS[error]
-    grid, out = result["setup"]["grid"], []
+    grid = result["setup"]["grid"]
+    out = []
     for each in result["estimators"].values():
         integrand = " ".join(each["integrand"]) if entry == "own" else "cosine constant"
         for point in each["points"]:
-            found, null = point[entry], None
+            found = point[entry]
+            null = None
             if radii is not None and point["radii"] != list(radii):
                 continue
             if figure:
@@ -117,10 +119,12 @@ def advice(
     if not front:
         return f"No measured setting has a {error} error below that of the best constant ({where})."
     if max_error is not None:
-        within, nearest = [p for p in front if p["error"] <= max_error], front[-1]
+        within = [p for p in front if p["error"] <= max_error]
+        nearest = front[-1]
         limit = f"has a {error} error of at most {max_error:g}: the least is that of"
     else:
-        within, nearest = [p for p in front[::-1] if p["ms"] <= (max_ms or 0.0)], front[0]
+        within = [p for p in front[::-1] if p["ms"] <= (max_ms or 0.0)]
+        nearest = front[0]
         limit = f"that is better than a constant takes at most {max_ms:g} ms: the fastest is"
     said, p = ("Take", within[0]) if within else (f"No measured setting {limit}", nearest)
     return f"{said} {describe(p)}: {p['ms']:.3g} ms, {error} error {p['error']:.3g}{margin(p)} ({where})."

@@ -40,8 +40,10 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 
 
 def _about(result: dict[str, Any]) -> str:
-    setup, machine = result["setup"], result["setup"]["machine"]
-    grid, scenes = setup["grid"], ", ".join(scene["name"] for scene in setup["scenes"])
+    setup = result["setup"]
+    machine = result["setup"]["machine"]
+    grid = setup["grid"]
+    scenes = ", ".join(scene["name"] for scene in setup["scenes"])
     return (
         f"{scenes}, each {grid['width']}x{grid['height']}, on {machine['processor']}, commit "
         f"{str(setup['commit'])[:10]}. Radii are fractions of a scene's diagonal. Errors are over all surface texels, "
@@ -61,7 +63,8 @@ def _nulls(result: dict[str, Any]) -> list[str]:
 
 def _at_equal_time(result: dict[str, Any]) -> list[str]:
     """The least visibility error of each estimator within a time, at the first radii."""
-    radii, rows = result["setup"]["grid"]["radii"][0], []
+    radii = result["setup"]["grid"]["radii"][0]
+    rows = []
     points = advise.points_of(result, "visibility", radii)
     for name in result["estimators"]:
         own = [point for point in points if point["estimator"] == name]
@@ -73,11 +76,15 @@ def _at_equal_time(result: dict[str, Any]) -> list[str]:
 
 def _estimators(result: dict[str, Any]) -> list[str]:
     """Each with the number of samples nearest to its own, at the first radii and with the most blur."""
-    radii, blur = result["setup"]["grid"]["radii"][0], max(result["setup"]["grid"]["blurs"])
-    blurred, rows = [p for p in advise.points_of(result, "visibility", radii) if p["blur"] == blur], []
+    radii = result["setup"]["grid"]["radii"][0]
+    blur = max(result["setup"]["grid"]["blurs"])
+    blurred = [p for p in advise.points_of(result, "visibility", radii) if p["blur"] == blur]
+    rows = []
     for name, each in result["estimators"].items():
-        points, estimator = [p for p in blurred if p["estimator"] == name], find_estimator(name)
-        own, by = estimator.count, estimator.sampling
+        points = [p for p in blurred if p["estimator"] == name]
+        estimator = find_estimator(name)
+        own = estimator.count
+        by = estimator.sampling
         point = min(points, key=lambda p: (abs((p["samples"] or own) - own), p["sampler"] != by, p["visibility"]))
         times = f"{point['ms']:.3f} (+{100 * point['spread']:.0f} %)", f"{point['wall_ms']:.3f}"
         for truth, text in ("visibility", "cosine constant"), ("own", " ".join(each["integrand"])):
@@ -106,7 +113,8 @@ def _front(points: Sequence[Point]) -> list[str]:
 
 def _slopes(result: dict[str, Any]) -> list[str]:
     """Slopes at the first radii without blur; points that their reference does not serve are left out."""
-    radii, rows = result["setup"]["grid"]["radii"][0], []
+    radii = result["setup"]["grid"]["radii"][0]
+    rows = []
     served = [p for p in advise.points_of(result, "sampling", radii) if not p["blur"]]
     everything = advise.points_of(result, "visibility", radii)
     for estimator, sampler in dict.fromkeys((p["estimator"], p["sampler"]) for p in everything if p["sampler"]):

@@ -29,10 +29,12 @@ def draw(result: dict[str, Any], error: str) -> Figure:
     the Pareto front. Dashed lines are no AO and the best constant, a dotted one the truth's own error.
     """
     grid = result["setup"]["grid"]
-    radii, blur = grid["radii"][0], 0.0 if error == "sampling" else max(grid["blurs"])
+    radii = grid["radii"][0]
+    blur = 0.0 if error == "sampling" else max(grid["blurs"])
     points = [p for p in advise.points_of(result, error, radii) if p["blur"] == blur]
     figure = Figure(figsize=(11, 11), layout="constrained")
-    scenes, title = len(result["setup"]["scenes"]), advise.ERRORS[error][0]
+    scenes = len(result["setup"]["scenes"])
+    title = advise.ERRORS[error][0]
     title = f"{title}: {advise.describe_radii(radii)}, blur {blur:g}, mean of {scenes} scenes"
     figure.suptitle(title, fontsize="medium")
     scales = {"xscale": "log", "yscale": "log" if error == "sampling" else "linear"}
@@ -56,7 +58,8 @@ def draw(result: dict[str, Any], error: str) -> Figure:
 
 
 def _draw_estimator(axes: Axes, points: list[Point], samplers: list[str], k: int, name: str) -> None:
-    color, label = colormaps["tab10"](k), name
+    color = colormaps["tab10"](k)
+    label = name
     for sampler in (*samplers, None):
         own = sorted((p for p in points if p["sampler"] == sampler), key=lambda p: p["ms"])
         if own:

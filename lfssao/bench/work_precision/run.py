@@ -67,7 +67,8 @@ def _spread(times: list[float]) -> float:
 
 def times_of(scene: BenchScene, estimator: Estimator, threads: int) -> dict[Setting, tuple[float, float, float]]:
     """Milliseconds of one thread's work, their spread, and milliseconds of all threads, of each setting."""
-    grid, inputs = scene.grid, inputs_of(estimator, scene.grid, 0)
+    grid = scene.grid
+    inputs = inputs_of(estimator, scene.grid, 0)
     texture = scene.buffers.depth.clip(0, 1)  # any: its numbers do not change the time
     passes: dict[Any, Callable[[], object]] = {
         ("ao", variant, radius): partial(scene.occlusion, estimator, radius, inputs[variant])
@@ -97,7 +98,8 @@ def _textures(
 
 def errors_of(scene: BenchScene, estimator: Estimator) -> dict[Setting, list[Any]]:
     """Figures against both truths, sampling error and the reference's own, of each setting, by seed."""
-    grid, surface = scene.grid, scene.surface
+    grid = scene.grid
+    surface = scene.surface
     many: dict[Any, dict[str, Texture]] = {}  # references, the surface texels' occlusion
     for by in grid.reference_samplers if takes_samples(estimator) else ():
         samples = samples_for(estimator, by, grid.reference_count, _MANY)
@@ -109,7 +111,8 @@ def errors_of(scene: BenchScene, estimator: Estimator) -> dict[Setting, list[Any
             for (radii, blur), texture in _textures(scene, estimator, inputs, seed).items():
                 ours = np.where(surface, half_space(texture) if estimator.whole_ball else texture, 0)
                 truths = (scene.truth(radii, integrand)[0] for integrand in (VISIBILITY, estimator.integrand))
-                sampling, own = np.nan, np.nan
+                sampling = np.nan
+                own = np.nan
                 if sampler is not None:
                     reference, own = combine_others(many[radii, blur], sampler)
                     sampling = rms(texture[surface] - reference)
@@ -148,7 +151,8 @@ def integrands() -> list[tuple[str, str]]:
 
 def start(meshes: Sequence[Mesh], grid: Grid, threads: int) -> dict[str, Any]:
     """Return a result that holds only its setup: figures of different setups do not go into one file."""
-    kept, machine = ("name", "faces", "vertices_sha256"), describe_machine(threads)
+    kept = ("name", "faces", "vertices_sha256")
+    machine = describe_machine(threads)
     setup = {
         "scenes": [{key: each[key] for key in kept} for each in map(describe_scene, meshes)],
         "grid": json.loads(json.dumps(asdict(grid))),
@@ -160,7 +164,8 @@ def start(meshes: Sequence[Mesh], grid: Grid, threads: int) -> dict[str, Any]:
 
 def _commit() -> str | None:
     """The commit of the source, if it is a checkout."""
-    top, git = Path(__file__).parents[3], which("git")
+    top = Path(__file__).parents[3]
+    git = which("git")
     if git is None or not (top / ".git").exists():
         return None
     done = subprocess.run([git, "-C", str(top), "rev-parse", "HEAD"], capture_output=True, text=True, check=False)
@@ -192,7 +197,8 @@ def run(
         save()
     for name, estimator in of_one_view().items():
         if name not in result["estimators"]:
-            times, found = [], []
+            times = []
+            found = []
             for scene in scenes:
                 yield f"{name}, {scene.mesh.name}"
                 with kernel_threads(threads):

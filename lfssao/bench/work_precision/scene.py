@@ -24,7 +24,10 @@ class BenchScene:
     """A display's middle view of a mesh, its textures and ray-cast occlusion; radii are fractions of the diagonal."""
 
     def __init__(self, mesh: Mesh, grid: Grid, threads: int, display: str = "virtual") -> None:
-        self.mesh, self.grid, self.unit, self.occluders = mesh, grid, diagonal(mesh), Occluders(mesh)
+        self.mesh = mesh
+        self.grid = grid
+        self.unit = diagonal(mesh)
+        self.occluders = Occluders(mesh)
         views = module_views(mesh, find_display(display).with_resolution(grid.width, grid.height))
         view = views[len(views) // 2]
         gbuffer = RayCaster(mesh, view.cast_from_world, threads).gbuffer(view, normals="geometric")

@@ -125,8 +125,10 @@ def eye_page(
         "modules": modules,
         **seen,
     }
-    (left, right), (near, far) = data["eyes"], data["distances"]
-    kind, distance = "view" if isinstance(display, Quilt) else "module", f"{data['distance']:.3g}"
+    left, right = data["eyes"]
+    near, far = data["distances"]
+    kind = "view" if isinstance(display, Quilt) else "module"
+    distance = f"{data['distance']:.3g}"
     more = {"kind": kind, "left": left, "right": right, "near": near, "far": far, "distance": distance}
     return EyePage(_filled("eye", display.name, size, data, **more), size[1])
 
@@ -160,7 +162,8 @@ def _of_quilt(quilt: Quilt, chosen: Sequence[int], eye_x: float | None) -> dict[
     """The page's numbers of a quilt, as of ``_of_display``: eyes lie in a row, and each view's rays meet in its own."""
     if quilt.count < 2:
         raise InputError(f"display {quilt.name}: it has one view, a page moves between two")
-    left, right = quilt.eye_x(min(chosen)), quilt.eye_x(max(chosen))
+    left = quilt.eye_x(min(chosen))
+    right = quilt.eye_x(max(chosen))
     start = min(max(0.0, left), right) if eye_x is None else as_number(eye_x)
     if not isfinite(start):
         raise InputError(f"eye x is {shown(eye_x)}, it must be a finite number")
@@ -178,7 +181,8 @@ def _of_quilt(quilt: Quilt, chosen: Sequence[int], eye_x: float | None) -> dict[
 
 def _page_of_lenses(view: LensletView, size: tuple[int, int], eye: tuple[float, float]) -> str:
     """The file's text for a lenslet display and its panel's textures: the eye moves in a plane before the lenses."""
-    display, box = view.display, view.display.eye_box
+    display = view.display
+    box = view.display.eye_box
     for name, place in zip("xy", eye, strict=True):
         if not isfinite(as_number(place)):
             raise InputError(f"eye {name} is {shown(place)}, it must be a finite number")
@@ -212,7 +216,8 @@ def _distances(display: Display, left: float, right: float) -> tuple[float, floa
 
 def _check(display: Display) -> None:
     """Refuse (InputError) a display of one module, and one that the page cannot show."""
-    name, modules = f"display {display.name}", display.modules
+    name = f"display {display.name}"
+    modules = display.modules
     check_modules(display)
     if display.screen_curvature != 0:
         raise InputError(f"{name}: a page shows flat screens alone, of a curved one each eye sees other points")
@@ -233,7 +238,9 @@ def _packed(
 
     They are transparent where the module shows nothing. InputError if its file does not hold them.
     """
-    (columns, rows), path, textures = size, folder / Path(entry["file"]).name, []
+    columns, rows = size
+    path = folder / Path(entry["file"]).name
+    textures = []
     module = display if isinstance(display, Quilt) else display.modules[index]
     for layer in layers:
         texture = read_layer(path, layer, entry["textures"][layer])
@@ -242,9 +249,12 @@ def _packed(
         textures.append(texture)
     across, down = np.meshgrid((np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows)
     if isinstance(display, Quilt):
-        u, v, formed = module.width * across, module.height * down, np.ones(across.shape, np.bool_)
+        u = module.width * across
+        v = module.height * down
+        formed = np.ones(across.shape, np.bool_)
     else:
-        x, y = display.screen_width * (across - 0.5), display.screen_height * (0.5 - down)
+        x = display.screen_width * (across - 0.5)
+        y = display.screen_height * (0.5 - down)
         with np.errstate(all="ignore"):  # where the optics form no picture
             u, v, ahead, formed = _TO_IMAGE(display_module(display.module_numbers(index)), x, y, 0.0)
             formed = ahead & formed
@@ -265,10 +275,14 @@ def _packed(
 def _bilinear(texture: NDArray[np.float32], u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
     """A texture, (H, W, C), at n image points inside it: (n, C)."""
     height, width, channels = texture.shape
-    x, y = np.clip(u - 0.5, 0, width - 1), np.clip(v - 0.5, 0, height - 1)
-    column, row = x.astype(np.int64), y.astype(np.int64)
-    f, g = (x - column)[:, None], (y - row)[:, None]
-    right, below = np.minimum(column + 1, width - 1), np.minimum(row + 1, height - 1)
+    x = np.clip(u - 0.5, 0, width - 1)
+    y = np.clip(v - 0.5, 0, height - 1)
+    column = x.astype(np.int64)
+    row = y.astype(np.int64)
+    f = (x - column)[:, None]
+    g = (y - row)[:, None]
+    right = np.minimum(column + 1, width - 1)
+    below = np.minimum(row + 1, height - 1)
     texels = texture.reshape(-1, channels)
     top = (1 - f) * texels[row * width + column] + f * texels[row * width + right]
     bottom = (1 - f) * texels[below * width + column] + f * texels[below * width + right]

@@ -62,12 +62,15 @@ def _read(file: File, owner: Item, key: str, kinds: tuple[str, ...]) -> tuple[It
 
 def _stored(file: File, item: Item) -> tuple[str, NDArray[Any]]:
     """Type and stored numbers of an accessor."""
-    kind, code, count = item.text("type"), item.whole("componentType"), item.whole("count", least=1)
+    kind = item.text("type")
+    code = item.whole("componentType")
+    count = item.whole("count", least=1)
     if kind not in _WIDTHS:
         raise item.must("type", f"one of {', '.join(_WIDTHS)}")
     if code not in _DTYPES:
         raise item.must("componentType", f"one of {', '.join(map(str, _DTYPES))}")
-    dtype, width = np.dtype(_DTYPES[code]), _WIDTHS[kind]
+    dtype = np.dtype(_DTYPES[code])
+    width = _WIDTHS[kind]
     file.claim("its accessors", count * width * 8)
     values = _elements(file, item, item, dtype, width, count)
     sparse = item.item("sparse")
@@ -75,7 +78,8 @@ def _stored(file: File, item: Item) -> tuple[str, NDArray[Any]]:
         return kind, np.zeros((count, width), dtype) if values is None else values
     values = np.zeros((count, width), dtype) if values is None else values.copy()
     changed = sparse.whole("count", least=1, most=count)
-    places, new = sparse.item("indices"), sparse.item("values")
+    places = sparse.item("indices")
+    new = sparse.item("values")
     if places is None or new is None:
         raise sparse.must("indices" if places is None else "values", "a JSON object")
     code = places.whole("componentType")
@@ -98,7 +102,8 @@ def _elements(file: File, item: Item, accessor: Item, dtype: Any, width: int, co
     if found is None:
         return None
     view, data = found
-    size, offset = dtype.itemsize * width, item.whole("byteOffset", 0)
+    size = dtype.itemsize * width
+    offset = item.whole("byteOffset", 0)
     stride = view.whole("byteStride", size, least=size) if item is accessor else size
     end = offset + stride * (count - 1) + size
     if end > len(data):

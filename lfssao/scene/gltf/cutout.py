@@ -17,11 +17,14 @@ def cut_out(file: File, part: Part, look: Look, alpha: NDArray[np.float32] | Non
     """
     if look.least is None or not len(part.faces):
         return
-    least, factor = np.float32(look.least), np.float32(look.alpha)
+    least = np.float32(look.least)
+    factor = np.float32(look.alpha)
     at_corners = np.ones((1, 3), np.float32) if alpha is None else alpha[part.faces]
-    low, high = factor * at_corners.min(axis=1), factor * at_corners.max(axis=1)
+    low = factor * at_corners.min(axis=1)
+    high = factor * at_corners.max(axis=1)
     if look.opacity is None:
-        some, every = low < least, high < least
+        some = low < least
+        every = high < least
         translucent = bool((low < 1).any())
     else:
         boxes = _boxes(part, look)
@@ -47,12 +50,14 @@ def _boxes(part: Part, look: Look) -> tuple[NDArray[np.int64], ...]:
     found = []
     for axis, size, wrap in ((1, look.opacity.shape[0], look.sampler[1]), (0, look.opacity.shape[1], look.sampler[0])):
         t = part.uv[:, axis][part.faces]
-        low, high = t.min(axis=1), t.max(axis=1)
+        low = t.min(axis=1)
+        high = t.max(axis=1)
         if axis == 1:
             low, high = 1.0 - high, 1.0 - low
         if wrap == "repeat":
             tile = np.floor(low)
-            low, high = low - tile, high - tile
+            low = low - tile
+            high = high - tile
         low, high = np.clip((low, high), -2.0, 3.0)  # beyond, all is read anyway, and numbers of texels stay small
         first, last = (np.floor(each * size - 0.5).astype(np.int64) for each in (low, high))
         last += 1
@@ -60,7 +65,8 @@ def _boxes(part: Part, look: Look) -> tuple[NDArray[np.int64], ...]:
             first, last = (np.clip(each, 0, size - 1) for each in (first, last))
         else:
             outside = (first < 0) | (last >= size)
-            first, last = np.where(outside, 0, first), np.where(outside, size - 1, last)
+            first = np.where(outside, 0, first)
+            last = np.where(outside, size - 1, last)
         found += [first, last]
     return tuple(found)
 

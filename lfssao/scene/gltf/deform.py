@@ -41,7 +41,8 @@ def morph(file: File, primitive: Item, key: str, values: Any, weights: list[floa
 
 def joint_transforms(file: File, nodes: Nodes, skin: Item) -> NDArray[np.float64]:
     """Return (J, 3, 4): the transform of each joint's node after its inverse bind matrix."""
-    joints, count = skin.array("joints"), len(file.objects("nodes"))
+    joints = skin.array("joints")
+    count = len(file.objects("nodes"))
     if not joints or not all(type(number) is int and 0 <= number < count for number in joints):
         raise skin.must("joints", f"numbers of nodes, of which there are {count}")
     inverse = read_numbers(file, skin, "inverseBindMatrices", ("MAT4",))
@@ -64,7 +65,9 @@ def skin_part(file: File, attributes: Item, part: Part, joints: NDArray[np.float
 
     The mean is the sum of weight x matrix from the first joint to the last, divided by the sum of the weights.
     """
-    total, sums, number = np.zeros((len(part.vertices), 3, 4)), np.zeros(len(part.vertices)), 0
+    total = np.zeros((len(part.vertices), 3, 4))
+    sums = np.zeros(len(part.vertices))
+    number = 0
     while f"JOINTS_{number}" in attributes.values or f"WEIGHTS_{number}" in attributes.values or not number:
         named = read_whole(file, attributes, f"JOINTS_{number}", "VEC4")
         weights = read_numbers(file, attributes, f"WEIGHTS_{number}", ("VEC4",), fractions=True)

@@ -15,7 +15,8 @@ from lfssao.errors import InputError
 from lfssao.scene.assets import Assets
 from lfssao.scene.gltf.item import Item
 
-_JSON, _BINARY = 0x4E4F534A, 0x004E4942
+_JSON = 0x4E4F534A
+_BINARY = 0x004E4942
 
 
 class File:
@@ -78,7 +79,8 @@ class File:
         number = self.number(view, "buffer", "buffers")
         if number is None:
             raise view.must("buffer", "the number of a buffer")
-        start, length = view.whole("byteOffset", 0), view.whole("byteLength", least=1)
+        start = view.whole("byteOffset", 0)
+        length = view.whole("byteLength", least=1)
         buffer = self._buffer(number, view)
         if start + length > len(buffer):
             raise view.fault(f"ends at byte {start + length} of buffers[{number}], which has {len(buffer)}")
@@ -87,7 +89,8 @@ class File:
     def _buffer(self, number: int, view: Item) -> memoryview:
         if number not in self._buffers:
             item = self.objects("buffers")[number]
-            length, uri = item.whole("byteLength", least=1), item.text("uri", None)
+            length = item.whole("byteLength", least=1)
+            uri = item.text("uri", None)
             if uri is None and (number or self._binary is None):
                 packed = [name for name in view.values.get("extensions", {}) if name.endswith("_meshopt_compression")]
                 reason = f"its data are compressed by {packed[0]}, which is not read" if packed else "it has no data"

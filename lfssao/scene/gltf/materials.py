@@ -75,7 +75,8 @@ def _look(file: File, material: Item) -> Look:
 
 
 def _alpha_mode(material: Item) -> dict[str, Any]:
-    mode, cutoff = material.text("alphaMode", "OPAQUE"), material.number("alphaCutoff", 0.5)
+    mode = material.text("alphaMode", "OPAQUE")
+    cutoff = material.number("alphaCutoff", 0.5)
     if mode not in ("OPAQUE", "MASK", "BLEND"):
         raise material.must("alphaMode", "OPAQUE, MASK or BLEND")
     if mode == "OPAQUE":
@@ -92,10 +93,13 @@ def _textured(file: File, look: Look, info: Item) -> Look:
     named = file.named(info, "index", "textures")
     if named is None:
         raise info.must("index", "the number of a texture")
-    transform, uv_set, uv_map = info.extension("KHR_texture_transform"), info.whole("texCoord", 0), _IDENTITY
+    transform = info.extension("KHR_texture_transform")
+    uv_set = info.whole("texCoord", 0)
+    uv_map = _IDENTITY
     if transform is not None:
         uv_set = transform.whole("texCoord", uv_set)
-        (sx, sy), (ox, oy) = transform.numbers("scale", 2, (1.0, 1.0)), transform.numbers("offset", 2, (0.0, 0.0))
+        sx, sy = transform.numbers("scale", 2, (1.0, 1.0))
+        ox, oy = transform.numbers("offset", 2, (0.0, 0.0))
         # Counter-clockwise as the image is seen, v downwards; the extension's GLSL has the other sign.
         sine, cosine = sincospi(transform.number("rotation", 0.0) / PI)
         uv_map = (cosine * sx, sine * sy, ox, -(sine * sx), cosine * sy, oy)

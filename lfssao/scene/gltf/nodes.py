@@ -24,13 +24,15 @@ class Nodes:
     def shown(self) -> list[int]:
         """Numbers of the nodes that the scene shows, parents first."""
         roots = [number for number, parent in enumerate(self._parents) if parent < 0]
-        waiting, reached = list(roots), 0
+        waiting = list(roots)
+        reached = 0
         while waiting:
             reached += 1
             waiting += self._nodes[waiting.pop()].values.get("children", [])
         if reached < len(self._nodes):
             raise self._file.root.fault("some are children of their own children, in a circle", "nodes")
-        found, waiting = [], self._scene(roots)[::-1]
+        found = []
+        waiting = self._scene(roots)[::-1]
         while waiting:
             number = waiting.pop()
             visibility = self._nodes[number].extension("KHR_node_visibility")
@@ -41,7 +43,8 @@ class Nodes:
 
     def _scene(self, roots: list[int]) -> list[int]:
         """Roots of the scene; all roots where the file has no scenes."""
-        file, scenes = self._file, self._file.objects("scenes")
+        file = self._file
+        scenes = self._file.objects("scenes")
         if not scenes:
             file.assets.note("it has no scenes: all its nodes are read")
             return roots
@@ -56,7 +59,8 @@ class Nodes:
 
     def world(self, number: int) -> Rows | None:
         """The transform from a node to the scene, 3 rows of 4; None for the identity."""
-        way, known = [], self._worlds
+        way = []
+        known = self._worlds
         while number >= 0 and number not in known:
             way.append(number)
             number = self._parents[number]

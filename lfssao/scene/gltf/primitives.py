@@ -15,17 +15,21 @@ from lfssao.scene.gltf.materials import Look, look_of
 from lfssao.scene.gltf.nodes import Nodes, instances, product
 from lfssao.scene.part import Part
 
-_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_TRIANGLES = 4
+_STRIP = 5
+_FAN = 6
 _DRACO = "KHR_draco_mesh_compression"
 
 
 def parts_of(file: File, nodes: Nodes, number: int) -> Iterator[Part]:
     """Yield the triangles of a node's mesh, one part a primitive and copy, where they stand in the scene."""
     node = file.objects("nodes")[number]
-    mesh, skin = file.named(node, "mesh", "meshes"), file.named(node, "skin", "skins")
+    mesh = file.named(node, "mesh", "meshes")
+    skin = file.named(node, "skin", "skins")
     if mesh is None:
         return
-    copies, world = instances(file, node), nodes.world(number)
+    copies = instances(file, node)
+    world = nodes.world(number)
     if skin is not None and copies != [None]:
         raise node.fault("has a skin and EXT_mesh_gpu_instancing, which are not read together")
     joints = None if skin is None else joint_transforms(file, nodes, skin)
@@ -59,20 +63,24 @@ def _attributes(primitive: Item) -> Item:
 
 
 def _part(file: File, primitive: Item, weights: list[float]) -> Part:
-    attributes, look = _attributes(primitive), look_of(file, primitive)
+    attributes = _attributes(primitive)
+    look = look_of(file, primitive)
     _check_draco(file, primitive, attributes)
     vertices = read_numbers(file, attributes, "POSITION", ("VEC3",))
     if vertices is None:
         raise attributes.must("POSITION", "the number of an accessor")
     part = Part(morph(file, primitive, "POSITION", vertices, weights), _faces(file, primitive, len(vertices)))
-    part.factor, part.image, part.sampler = look.factor, look.image, look.sampler
+    part.factor = look.factor
+    part.image = look.image
+    part.sampler = look.sampler
     part.normals = _of_vertices(file, primitive, "NORMAL", ("VEC3",), len(vertices), weights)
     part.uv = _coordinates(file, primitive, look, len(vertices), weights)
     read = _of_vertices(file, primitive, "COLOR_0", ("VEC3", "VEC4"), len(vertices), weights)
     alpha = None
     if read is not None:
         colors = np.clip(read, 0.0, 1.0).astype(np.float32)
-        part.vertex_colors, alpha = colors[:, :3], colors[:, 3] if colors.shape[1] == 4 else None
+        part.vertex_colors = colors[:, :3]
+        alpha = colors[:, 3] if colors.shape[1] == 4 else None
     cut_out(file, part, look, alpha)
     return part
 
@@ -103,13 +111,15 @@ def _coordinates(
         if file.assets.given is None:
             raise primitive.fault(f"has no {key}, at which {look.place} reads its texture")
         return None
-    (a, b, c, d, e, f), (u, v) = look.uv_map, found.T
+    a, b, c, d, e, f = look.uv_map
+    u, v = found.T
     return np.column_stack([(a * u + b * v) + c, 1.0 - ((d * u + e * v) + f)])
 
 
 def _faces(file: File, primitive: Item, count: int) -> NDArray[np.int64]:
     """Triangles of a primitive, (F, 3) vertex numbers."""
-    mode, found = primitive.whole("mode", _TRIANGLES), read_whole(file, primitive, "indices", "SCALAR")
+    mode = primitive.whole("mode", _TRIANGLES)
+    found = read_whole(file, primitive, "indices", "SCALAR")
     corners = np.arange(count) if found is None else found[:, 0]
     if corners.max() >= count:
         raise primitive.fault(f"names vertex {corners.max()}, but there are {count} vertices", "indices")

@@ -69,14 +69,14 @@ def _turns(rotation: str, height: int, width: int, seed: int) -> NDArray[np.floa
 
 def described_view(parameters: Parameters) -> View:
     """The view that a case's parameters describe; numbers of its rays may be null for infinity, as in JSON."""
-    described = dict(parameters["view"])
-    kind = described.pop("ray_kind", None)
-    lens = np.array([np.inf if number is None else number for number in described["lens"]])
+    numbers = dict(parameters["view"])
+    kind = numbers.pop("ray_kind", None)
+    lens = np.array([np.inf if number is None else number for number in numbers["lens"]])
     if kind == ORTHOGRAPHIC:
         lens[6] = 1.0
     arrays = ("cast_from_world", "world_from_cast", "screen_to_world")
-    described |= {name: np.array(described[name]) for name in arrays if described[name] is not None}
-    return View(**{**described, "lens": lens}, world_to_image=described_mapping(parameters))
+    numbers |= {name: np.array(numbers[name]) for name in arrays if numbers[name] is not None}
+    return View(**{**numbers, "lens": lens}, world_to_image=described_mapping(parameters))
 
 
 def described_buffers(parameters: Parameters, inputs: Arrays) -> Buffers:
@@ -88,10 +88,10 @@ def described_buffers(parameters: Parameters, inputs: Arrays) -> Buffers:
 
 def described_neighbours(parameters: Parameters, inputs: Arrays) -> list[Neighbour] | None:
     """Mapping and depth texture of each module that a case's module asks; None where one of them is not known."""
-    asked = parameters.get("neighbours", ())
-    if asked is None or any(depth_of(each["name"]) not in inputs for each in asked):
+    neighbours = parameters.get("neighbours", ())
+    if neighbours is None or any(depth_of(neighbour["name"]) not in inputs for neighbour in neighbours):
         return None
-    return [(described_mapping(each), inputs[depth_of(each["name"])]) for each in asked]
+    return [(described_mapping(neighbour), inputs[depth_of(neighbour["name"])]) for neighbour in neighbours]
 
 
 def depth_of(module: str) -> str:
@@ -109,5 +109,5 @@ def described_mapping(parameters: Parameters) -> WorldToImage:
     """The mapping that a case's parameters describe; Algorithm 1 has its matrix alone."""
     if "mapping" not in parameters:
         return WorldToImage(MATRIX, np.ravel(parameters["world_to_screen"]))
-    described = parameters["mapping"]
-    return WorldToImage(KINDS.index(described["kind"]), np.array(described["numbers"]))
+    mapping = parameters["mapping"]
+    return WorldToImage(KINDS.index(mapping["kind"]), np.array(mapping["numbers"]))

@@ -28,8 +28,8 @@ _DIGESTS = files("lfssao.verify").joinpath("check.json")
 
 def expected_digests() -> dict[str, str]:
     """SHA-256 of each case's arrays, by its name, as this program made them before; they say that bits stay."""
-    found: dict[str, str] = json.loads(_DIGESTS.read_text(encoding="utf-8"))
-    return found
+    digests: dict[str, str] = json.loads(_DIGESTS.read_text(encoding="utf-8"))
+    return digests
 
 
 def found_digests() -> Iterator[tuple[str, str]]:
@@ -44,8 +44,8 @@ def found_digests() -> Iterator[tuple[str, str]]:
         (view,) = module_views(mesh, find_views(name).with_resolution(*SIZE), [0])
         yield f"display {name}", _digest(_textures(view, settings()))
     for name in display_names("lenslet"):
-        panel = find_views(name).with_resolution(*PANEL)
-        (view,) = module_views(mesh, panel, [chosen_modules(panel, None)[-1] // 2])
+        display = find_views(name).with_resolution(*PANEL)
+        (view,) = module_views(mesh, display, [chosen_modules(display, None)[-1] // 2])
         yield f"display {name}", _digest(_textures(view, settings()))
     for projection in ("perspective", "orthographic"):
         view = Camera.looking_at(mesh.bounds, projection).view(*SIZE)
@@ -60,9 +60,18 @@ def found_digests() -> Iterator[tuple[str, str]]:
 
 def _textures(view: View, settings: Settings) -> list[NDArray[Any]]:
     """All textures of a view of the statue."""
-    made = render_view(RayCaster(builtin_scene("statue"), view.cast_from_world), view, settings)
-    seen = made.gbuffer
-    layers = (seen.depth, seen.positions, seen.normals, seen.color, *made.ao, made.merged, made.blurred, made.shaded)
+    rendered = render_view(RayCaster(builtin_scene("statue"), view.cast_from_world), view, settings)
+    gbuffer = rendered.gbuffer
+    layers = (
+        gbuffer.depth,
+        gbuffer.positions,
+        gbuffer.normals,
+        gbuffer.color,
+        *rendered.ao,
+        rendered.merged,
+        rendered.blurred,
+        rendered.shaded,
+    )
     return [layer for layer in layers if layer is not None]
 
 

@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from lfssao.verify.bounds.bounds import Bounds, exactly
+from lfssao.verify.bounds.bounds import Bounds, exact_bounds
 from lfssao.verify.bounds.depth import PositionBounds
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
-from lfssao.verify.bounds.stored import Stored
+from lfssao.verify.bounds.stored import TextureFormat
 from lfssao.verify.case import VIEW, Array, Arrays, Case
-from lfssao.verify.verdict import Judgement, Verdict, equal_bits, equal_values, judge_within
+from lfssao.verify.verdict import Judgement, Verdict, equal_bits, equal_values, interval_verdict
 
 if TYPE_CHECKING:
     from lfssao.verify.bounds.view import ViewBounds
 
-Find = Callable[[str], Bounds | PositionBounds | None]
+BoundsFinder = Callable[[str], Bounds | PositionBounds | None]
 
 
 def judge(
@@ -29,7 +29,7 @@ def judge(
     case: Case,
     model: str | ErrorModel = "shader",
     names: Collection[str] | None = None,
-    stored: Mapping[str, Stored] | None = None,
+    stored: Mapping[str, TextureFormat] | None = None,
 ) -> dict[str, Judgement]:
     """Judge outputs of a case: equal bits are right; others by bounds or, where none are known, by values.
 
@@ -38,45 +38,45 @@ def judge(
     the bounds of a case of the kit are part of it. Judgements come in the order of the passes:
     steps on the way before the output that they lead to. InputError if the model or the case's parameters are wrong.
     """
-    return dict(judging(mine, case, model, names, stored))
+    return dict(judgements(mine, case, model, names, stored))
 
 
-def judging(
+def judgements(
     mine: Arrays,
     case: Case,
     model: str | ErrorModel = "shader",
     names: Collection[str] | None = None,
-    stored: Mapping[str, Stored] | None = None,
+    stored: Mapping[str, TextureFormat] | None = None,
 ) -> Iterator[tuple[str, Judgement]]:
     """The judgements of ``judge``, each with its output's name, one after the other."""
-    chosen, stored = find_model(model), stored or {}
+    error_model, stored = find_model(model), stored or {}
     main, *steps = case.outputs
-    order, find = [*steps, main], cast(Find, case.bounds.get)
+    order, find = [*steps, main], cast(BoundsFinder, case.bounds.get)
     if case.stage == VIEW:
-        bounds = cache(partial(_bounds_of, mine, case, chosen, stored))
-        order, find = list(case.outputs), lambda name: bounds().find(name)
+        view_bounds = cache(partial(_view_bounds, mine, case, error_model, stored))
+        order, find = list(case.outputs), lambda name: view_bounds().find(name)
 
-    def found(name: str) -> Bounds | PositionBounds | None:
-        allowed = find(name)
-        if name not in stored or isinstance(allowed, PositionBounds):
-            return allowed
-        return stored[name].bounds(allowed or exactly(case.outputs[name]), chosen)
+    def allowed_bounds(name: str) -> Bounds | PositionBounds | None:
+        bounds = find(name)
+        if name not in stored or isinstance(bounds, PositionBounds):
+            return bounds
+        return stored[name].bounds(bounds or exact_bounds(case.outputs[name]), error_model)
 
     for name in order:
         if names is None or name in names:
-            yield name, _judge_output(name, mine, case, found)
+            yield name, _judge_output(name, mine, case, allowed_bounds)
 
 
-def _bounds_of(mine: Arrays, case: Case, model: ErrorModel, stored: Mapping[str, Stored]) -> "ViewBounds":
+def _view_bounds(mine: Arrays, case: Case, model: ErrorModel, stored: Mapping[str, TextureFormat]) -> "ViewBounds":
     from lfssao.verify.bounds.view import ViewBounds  # late: textures of equal bits need no intervals
 
-    known = _own(mine, case), case.outputs, case.bounds, stored
-    return ViewBounds(case.parameters, inputs_of(mine, case), model, *known)
+    known = _usable_textures(mine, case), case.outputs, case.bounds, stored
+    return ViewBounds(case.parameters, stage_inputs(mine, case), model, *known)
 
 
-def inputs_of(mine: Arrays, case: Case) -> dict[str, Array]:
+def stage_inputs(mine: Arrays, case: Case) -> dict[str, Array]:
     """The inputs of a view's stages: those of the case, and textures, the renderer's own where they can be used."""
-    inputs = {**case.inputs, **case.outputs, **_own(mine, case)}
+    inputs = {**case.inputs, **case.outputs, **_usable_textures(mine, case)}
     if "color" in inputs:
         inputs["image"] = inputs["color"]
     elif "depth" in inputs and not case.parameters.get("colored", False):  # a mesh without colour is white
@@ -84,26 +84,34 @@ def inputs_of(mine: Arrays, case: Case) -> dict[str, Array]:
     return inputs
 
 
-def _own(mine: Arrays, case: Case) -> dict[str, Array]:
+def _usable_textures(mine: Arrays, case: Case) -> dict[str, Array]:
     """The renderer's textures that later stages can be made of."""
-    like = {name: t for name, t in mine.items() if name in case.outputs and t.shape == case.outputs[name].shape}
-    return {name: t for name, t in like.items() if t.dtype == np.float32 and not np.isnan(t).any()}
+    same_shape = {
+        name: texture
+        for name, texture in mine.items()
+        if name in case.outputs and texture.shape == case.outputs[name].shape
+    }
+    return {
+        name: texture
+        for name, texture in same_shape.items()
+        if texture.dtype == np.float32 and not np.isnan(texture).any()
+    }
 
 
-def _judge_output(name: str, mine: Arrays, case: Case, find: Find) -> Judgement:
+def _judge_output(name: str, mine: Arrays, case: Case, find: BoundsFinder) -> Judgement:
     if name not in mine:
         return Judgement(Verdict.MISSING)
-    array, right = mine[name], case.outputs[name]
-    if (array.shape, array.dtype) != (right.shape, right.dtype):
-        detail = f"it is {array.shape} of {array.dtype}, expected {right.shape} of {right.dtype}"
+    array, reference = mine[name], case.outputs[name]
+    if (array.shape, array.dtype) != (reference.shape, reference.dtype):
+        detail = f"it is {array.shape} of {array.dtype}, expected {reference.shape} of {reference.dtype}"
         return Judgement(Verdict.MISMATCH, detail)
-    differing = ~equal_bits(array, right)
+    differing = ~equal_bits(array, reference)
     if not differing.any():
         return Judgement(Verdict.EQUAL_BITS, "", differing, differing)
-    allowed = find(name)
-    if allowed is None:
-        outside = ~equal_values(array, right)
+    bounds = find(name)
+    if bounds is None:
+        outside = ~equal_values(array, reference)
         return Judgement(Verdict.DIFFERENT if outside.any() else Verdict.EQUAL_VALUES, "", differing, outside)
-    outside = allowed.outside(array)
-    bounds = allowed if isinstance(allowed, Bounds) else None
-    return Judgement(judge_within(outside, allowed.strays), "", differing, outside, bounds)
+    outside = bounds.outside(array)
+    interval = bounds if isinstance(bounds, Bounds) else None
+    return Judgement(interval_verdict(outside, bounds.outliers), "", differing, outside, interval)

@@ -59,7 +59,7 @@ class Judgement:
     bounds: Bounds | None = None
 
 
-def judge_within(outside: Flags, strays: int) -> Verdict:
+def interval_verdict(outside: Flags, strays: int) -> Verdict:
     """INSIDE if no more texels than may stray are outside their bounds, else OUTSIDE."""
     return Verdict.INSIDE if np.count_nonzero(texels(outside)) <= strays else Verdict.OUTSIDE
 

@@ -86,7 +86,7 @@ def _draw_near(axes: Any, landed: Sequence[Sample]) -> None:
 def _draw_depths(axes: Any, depth: Texture, texel: tuple[int, int], landed: Sequence[Sample]) -> None:
     for sample in landed:
         color = _COLORS[sample.outcome]
-        surface = sample.z - sample.behind
+        surface = sample.z - sample.depth_behind
         if np.isfinite(surface):
             axes.plot([sample.number] * 2, [surface, sample.z], color=color, linewidth=1.5)
             axes.plot(sample.number, surface, "_", color="black", markersize=16, markeredgewidth=2)

@@ -16,11 +16,11 @@ from lfssao.ao.ssao import algorithm2
 from lfssao.optics.kernels.projection import MATRIX
 from lfssao.optics.view import WorldToImage
 from lfssao.verify.bounds import post, ssao
-from lfssao.verify.bounds.bounds import Bounds, exactly
+from lfssao.verify.bounds.bounds import Bounds, exact_bounds
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
 from lfssao.verify.bounds.explain import explainer
 from lfssao.verify.bounds.kernels import point_bounds as kernels
-from lfssao.verify.bounds.sao import growth
+from lfssao.verify.bounds.sao import sum_error
 
 IDENTITY = WorldToImage(1, np.eye(4).ravel())
 ULP = Fraction(1, 2**23)
@@ -53,7 +53,9 @@ def test_outcomes_are_the_references_and_no_more_are_in_doubt(case):
     view, depth, positions, samples, radius, model = case
     back = view.screen_to_world if positions is None else None
     by, points = find_model(model).errors, ssao.sample_points(samples, radius)
-    seen = ssao.with_depths(ssao.seen_by(depth, positions, view.world_to_image, radius, back), find_model(model))
+    seen = ssao.with_depth_ends(
+        ssao.checked_view(depth, positions, view.world_to_image, radius, back), find_model(model)
+    )
     fewest, most = np.full(depth.shape, -9, np.int32), np.full(depth.shape, -9, np.int32)
     kernels.count_hidden(seen, points, by, fewest, most)
     found = np.empty((len(samples), 9))
@@ -143,7 +145,7 @@ def test_fractions_and_sums_hold_the_worst_rounding_and_little_more(n):
         assert max(high[k] - k / n * grown, k / n * (2 - grown) - low[k]) < 2.0**-22
     assert (high[:-1] < low[1:]).all()
     assert (low[0], high[0]) == (0, 0)
-    assert 0 <= growth(n, MODELS["shader"]) - (worst(n + 3) - 1) < 2.0**-39 * n
+    assert 0 <= sum_error(n, MODELS["shader"]) - (worst(n + 3) - 1) < 2.0**-39 * n
 
 
 # Models
@@ -163,7 +165,7 @@ def test_strict_bounds_are_the_reference_and_the_models_nest(seed):
         assert (found[outer].lower <= found[inner].lower).all()
         assert (found[inner].upper <= found[outer].upper).all()
     for sigma in (0.0, 0.7):
-        blurred = post.blur_bounds(exactly(texture), sigma, "strict")
+        blurred = post.blur_bounds(exact_bounds(texture), sigma, "strict")
         np.testing.assert_array_equal(blurred.lower, blur(texture, sigma))
         assert blurred.lower is blurred.upper or (blurred.lower == blurred.upper).all()
 
@@ -173,12 +175,12 @@ def test_strict_bounds_are_the_reference_and_the_models_nest(seed):
 def test_blur_bounds_hold_the_blur_of_occlusion_and_of_visibility(model, sigma):
     rng = np.random.default_rng(5)
     texture = (rng.integers(0, 9, (7, 9)) / 8).astype(np.float32)
-    found = post.blur_bounds(exactly(texture), sigma, model)
+    found = post.blur_bounds(exact_bounds(texture), sigma, model)
     assert not found.outside(blur(texture, sigma)).any()
     assert (found.upper - found.lower).max() <= 5e-5
     if model != "strict":  # with little occlusion, light rounds most
         for dark in (texture, 0 * texture, texture / 1000):
-            found = post.blur_bounds(exactly(dark), sigma, model)
+            found = post.blur_bounds(exact_bounds(dark), sigma, model)
             assert not found.outside(1 - blur(1 - dark, sigma)).any()
             assert (found.upper - found.lower).max() <= 5e-5
 
@@ -212,7 +214,7 @@ def test_merge_bounds_are_maxima_and_undecided_samples_add_up():
 
 
 def test_a_number_that_is_none_is_outside():
-    found = exactly(np.float32([[0.5, 0.5]])).outside(np.float32([[np.nan, 0.5]]))
+    found = exact_bounds(np.float32([[0.5, 0.5]])).outside(np.float32([[np.nan, 0.5]]))
     assert found.tolist() == [[True, False]]
 
 
@@ -247,8 +249,8 @@ def test_explain_names_the_texel_the_edge_and_the_error():
     assert found[0].number == 1
     near, edge, empty, off, low = sorted(found, key=lambda s: s.number)
     assert [s.outcome for s in (near, edge, empty, off, low)] == ["clear", "undecided", "clear", "clear", "clear"]
-    assert (edge.texel, edge.from_edge, edge.behind) == ((1, 0), 0.0, -2.0)
-    assert (near.from_edge, low.from_edge, empty.behind, off.texel) == (0.25, 0.125, -np.inf, None)
+    assert (edge.texel, edge.edge_distance, edge.behind) == ((1, 0), 0.0, -2.0)
+    assert (near.edge_distance, low.edge_distance, empty.behind, off.texel) == (0.25, 0.125, -np.inf, None)
     assert 0 < edge.error_uv < 1e-5
     assert str(near).startswith("sample 0 is clear: it reads texel (0, 0), 2.5e-01 from its edge")
     assert "3.0e+00 before its surface" in str(near)
@@ -300,6 +302,6 @@ def test_what_does_not_fit_is_refused():
     with pytest.raises(InputError, match="shader, sampler, nearest, strict"):
         find_model("vague")
     with pytest.raises(InputError):
-        post.shade_bounds(positions, exactly(depth[:1]))
+        post.shade_bounds(positions, exact_bounds(depth[:1]))
     with pytest.raises(InputError):
         post.merge_bounds([])

@@ -28,7 +28,7 @@ from lfssao.files.exr import Part, read_exr, write_exr
 from lfssao.optics.view import KINDS, WorldToImage
 from lfssao.samples import texel_turns
 from lfssao.verify.bounds import bounds, post, ssao
-from lfssao.verify.bounds.registry import BOUNDED
+from lfssao.verify.bounds.registry import BOUNDS_FILES
 from lfssao.verify.kit.folder import read_case, read_kit
 from lfssao.verify.verdict import Verdict
 
@@ -56,7 +56,7 @@ def test_what_conforms_imports_neither_intervals_nor_the_search(reference):
     assert not [name for name in loaded if name.startswith(tuple(f"lfssao.verify.{room}" for room in late.split()))]
     assert len(loaded) < 140
     bounded = python("-c", "import sys, lfssao.verify.bounds.points; print(*sys.modules)").stdout.split()
-    own = {f"lfssao.verify.bounds.{name}" for name in BOUNDED.values()}
+    own = {f"lfssao.verify.bounds.{name}" for name in BOUNDS_FILES.values()}
     families = {f"lfssao.ao.estimators.{ESTIMATORS.data[name]}" for name in ESTIMATORS}
     assert not (own | families) & set(bounded)
 
@@ -128,7 +128,7 @@ def test_stages_that_were_not_written_may_be_anything_that_is_right(tmp_path, re
     depth, positions, color, merged = (
         single(reference, "module_004", layer) for layer in ("depth", "positions", "color", "merged")
     )
-    right = bounds.exactly(merged[..., 0])
+    right = bounds.exact_bounds(merged[..., 0])
     if not written:
         right = post.merge_bounds(
             [ssao.ao_bounds(depth[..., 0], positions, to_image, np.array(settings["samples"]), radius, "sampler",
@@ -314,7 +314,7 @@ def test_a_case_of_a_kit_is_a_reference(small_kit, tmp_path, capsys):
 
 
 def test_another_estimators_occlusion_is_said_to_have_no_interval(tmp_path, capsys, reference, monkeypatch):
-    monkeypatch.delitem(BOUNDED, "multiresolution")
+    monkeypatch.delitem(BOUNDS_FILES, "multiresolution")
     folder = with_entry(reference, tmp_path / "reference", ("settings", "estimator"), "multiresolution")
     mine = changed(reference, tmp_path / "mine", "module_004", nudge("ao_1"))
     assert compare(mine, folder) == 2

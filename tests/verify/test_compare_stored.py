@@ -16,9 +16,9 @@ from lfssao.ao.ssao import algorithm1, algorithm2
 from lfssao.files.exr import Part, read_exr, write_exr
 from lfssao.optics.view import KINDS, WorldToImage
 from lfssao.samples import texel_turns
-from lfssao.verify.bounds.bounds import Bounds, exactly
+from lfssao.verify.bounds.bounds import Bounds, exact_bounds
 from lfssao.verify.bounds.error_model import MODELS
-from lfssao.verify.bounds.stored import Stored
+from lfssao.verify.bounds.stored import TextureFormat
 from lfssao.verify.case import VIEW, Case
 from lfssao.verify.judge import judge
 from lfssao.verify.verdict import Verdict
@@ -221,15 +221,15 @@ def judge_renderers(name, kind, visibility, seed):
     read["blurred"], blurred = stored_by(ar, rr.blur(ar, merged, sigma, len(table) // 2, table)[0], kind, visibility)
     shaded = rr.shade(ar, shown, blurred)
     read["shaded"], _ = stored_by(ar, shaded, kind)
-    stored = {} if kind == "float" else {layer: Stored(kind, visibility and layer in AO) for layer in read}
-    stored |= {"color": Stored("srgb8")} if kind == "unorm8" else {}
+    stored = {} if kind == "float" else {layer: TextureFormat(kind, visibility and layer in AO) for layer in read}
+    stored |= {"color": TextureFormat("srgb8")} if kind == "unorm8" else {}
     parameters = {
         "mapping": {"kind": KINDS[mapping.kind], "numbers": mapping.numbers}, "screen_to_world": back, "sigma": sigma,
         "guard": 0, "radii": radii, "colored": True, "rotation": "none",
     }  # fmt: skip
     inputs = {"depth": depth, "color": rgb} | ({} if positions is None else {"positions": positions})
     outputs = inputs | {layer: np.zeros_like(texture[0], np.float32) for layer, texture in read.items()}
-    case = Case("", VIEW, "", parameters, {"samples": samples}, outputs, {"color": exactly(rgb)})
+    case = Case("", VIEW, "", parameters, {"samples": samples}, outputs, {"color": exact_bounds(rgb)})
     outside = []
     for r in range(ar.renderers):
         mine = inputs | {layer: texture[r].astype(np.float32) for layer, texture in read.items()}
@@ -249,7 +249,7 @@ def test_no_right_renderer_is_outside_whatever_it_stores(name, kind, visibility)
 
 @pytest.mark.parametrize("kind", ["half", "unorm8"])
 def test_renderers_that_keep_numbers_are_outside_of_what_is_made_of_stored_ones_alone(monkeypatch, kind):
-    monkeypatch.setattr(Stored, "either", lambda self, bounds, model, read=None: exactly(read))
+    monkeypatch.setattr(TextureFormat, "either", lambda self, bounds, model, read=None: exact_bounds(read))
     assert {"blurred", "shaded"} <= set(judge_renderers("sample-a", kind, False, 0))
 
 
@@ -322,7 +322,7 @@ def test_values_before_storing_are_those_that_are_stored_as_what_is_read(kind, v
     read = np.float32(1) - read if visibility else read
     end = np.float32(1e6)
     anything = Bounds(np.full_like(read, -end), np.full_like(read, end))
-    found = Stored(kind, visibility).either(anything, MODELS["strict"], read)
+    found = TextureFormat(kind, visibility).before_or_after(anything, MODELS["strict"], read)
     for part, within in ((0.45, True), (0.55, False)):
         between = decode(steps[:-1] + part * np.diff(steps), kind)[None]
         between = np.float32(1) - between if visibility else between
@@ -331,10 +331,12 @@ def test_values_before_storing_are_those_that_are_stored_as_what_is_read(kind, v
     if kind != "half":  # its range has no ends
         ends = (found.upper[0, 0], found.lower[0, -1]) if visibility else (found.lower[0, 0], found.upper[0, -1])
         assert ends == ((end, -end) if visibility else (-end, end))
-    held = Stored(kind, visibility).either(exactly(read), MODELS["strict"], read)
+    held = TextureFormat(kind, visibility).before_or_after(exact_bounds(read), MODELS["strict"], read)
     assert np.array_equal(held.lower, read)
     assert np.array_equal(held.upper, read)
-    wrong = Stored(kind, visibility).either(exactly(read + 100), MODELS["strict"], read)  # wrong before it was stored
+    wrong = TextureFormat(kind, visibility).before_or_after(
+        exact_bounds(read + 100), MODELS["strict"], read
+    )  # wrong before it was stored
     finite = (np.abs(found.lower) < end) & (np.abs(found.upper) < end) & (read < end)
     assert np.array_equal(wrong.lower[finite], found.lower[finite])
     assert np.array_equal(wrong.upper[finite], found.upper[finite])
@@ -348,7 +350,7 @@ def test_bounds_of_stored_values_are_the_nearest_of_the_format(kind, visibility)
     def inside(part, chosen):
         values, read = decode(steps[:-1] + part * np.diff(steps), kind)[None], decode(chosen, kind)[None]
         values, read = (1 - values, 1 - read) if visibility else (values, read)
-        return ~Stored(kind, visibility).bounds(exactly(values), MODELS["strict"]).outside(read)
+        return ~TextureFormat(kind, visibility).bounds(exact_bounds(values), MODELS["strict"]).outside(read)
 
     below, above = codes[:-1], codes[1:]
     assert inside(0.45, below).all()
@@ -358,5 +360,5 @@ def test_bounds_of_stored_values_are_the_nearest_of_the_format(kind, visibility)
     if not visibility:  # 1 less a middle is rounded
         assert inside(0.5, below).all()
         assert inside(0.5, above).all()
-    beyond = Stored(kind).bounds(exactly(np.float32([[-1e-9, 1e6]])), MODELS["shader"])
+    beyond = TextureFormat(kind).bounds(exact_bounds(np.float32([[-1e-9, 1e6]])), MODELS["shader"])
     assert not beyond.outside(decode(codes[[0, -1]], kind)[None]).any()

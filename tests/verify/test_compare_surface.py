@@ -7,7 +7,7 @@ from jobs import render
 
 import lfssao
 from lfssao.gbuffer.caster import RayCaster
-from lfssao.verify.bounds.depth import depth_bounds, displaced, stray_limit
+from lfssao.verify.bounds.depth import depth_bounds, displaced, outlier_limit
 from lfssao.verify.compare import surface
 from lfssao.verify.verdict import Verdict
 
@@ -78,7 +78,7 @@ def test_a_manifest_that_does_not_give_the_mesh_its_view(tmp_path, capsys, refer
 def test_without_the_mesh_a_texel_that_cannot_be_judged_is_a_warning_and_many_are_a_failure(tmp_path, reference):
     unknown = without_scene(reference, tmp_path / "file")
     depth = single(reference, "module_004", "depth")[..., 0]
-    limit = stray_limit(depth)
+    limit = outlier_limit(depth)
     assert limit > 0
     for count in (limit, limit + 1):
         seen = np.argwhere(np.isfinite(depth))[5::15][:count]

@@ -19,7 +19,7 @@ from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.compare.source import Reference
 from lfssao.verify.diagnosis import diagnose
 from lfssao.verify.diagnosis.diagnose import WrongTexture
-from lfssao.verify.judge import inputs_of, judge
+from lfssao.verify.judge import judge, stage_inputs
 from lfssao.verify.verdict import Judgement, Verdict
 
 SIZE = "--resolution", "128x96"
@@ -491,7 +491,7 @@ def test_texels_of_the_search_have_the_references_bits(job, folder):
     """The search runs ``lf`` by the formulas of ``point``."""
     r, reference = renderer(folder(job)), Reference.open(folder(job))
     case = reference.read(r.name, reference.described(r.name))[1]
-    wrong = WrongTexture("ao_1", r.ao_1, inputs_of({}, case), case, Judgement(Verdict.EQUAL_BITS), MODELS["nearest"])
+    wrong = WrongTexture("ao_1", r.ao_1, stage_inputs({}, case), case, Judgement(Verdict.EQUAL_BITS), MODELS["nearest"])
     low, high = wrong.problem(np.flatnonzero(np.isfinite(r.depth))).ends()
     assert np.array_equal(np.float32((low + high) / 2), r.ao_1[np.isfinite(r.depth)])
 
@@ -508,5 +508,5 @@ def test_a_count_of_equal_depths_is_named(folder):
         own["ao_2"] = r.ao(depth=flat, positions=own["positions"], samples=samples, behind=behind)
         judged = judge(own, case, "strict", ["ao_2"])["ao_2"]
         assert (judged.verdict is Verdict.OUTSIDE) == (kind is not None)
-    found = WrongTexture("ao_2", own["ao_2"], inputs_of(own, case), case, judged, MODELS["nearest"]).diagnose()
+    found = WrongTexture("ao_2", own["ao_2"], stage_inputs(own, case), case, judged, MODELS["nearest"]).diagnose()
     assert (found.candidates[0].kind, found.fits) == (kind, True), found.words("M")

@@ -15,7 +15,7 @@ import pytest
 from lfssao import Camera, WorldToImage
 from lfssao.core.balls import FLUSHED
 from lfssao.verify.bounds import depth, points, post, sao, stored
-from lfssao.verify.bounds.bounds import exactly
+from lfssao.verify.bounds.bounds import exact_bounds
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.kernels import point_bounds
 
@@ -47,7 +47,7 @@ def width(bounds):
 
 def linear_z(model, projection):
     camera = Camera(projection, (0.0, 0.0, -5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1.0, 1.0, 20.0).view(1, 1)
-    return half(sao._linear_z(Given(seen=Given(depth=np.float32([[0.5]]), view=camera), model=model)))[0, 0]
+    return half(sao._linear_z(Given(buffers=Given(depth=np.float32([[0.5]]), view=camera), model=model)))[0, 0]
 
 
 def averaged(model, x):
@@ -88,16 +88,16 @@ EVEN, FLAT, RAMP = (np.full((2, 2), 0.5),) * 2, np.full((2, 2), 0.5, "f4"), np.a
 CLIFF, LOW = np.float32([[1, 1, 9, 9]]), np.array([[0, 0, 1, 1]], "f4")
 TIE, TWO_RADII = 10.5 / 65280, {"second": 0.5, "combine": "product"}
 PASSES = {
-    "blur": (lambda m: width(post.blur_bounds(exactly(2 * FLAT), 1.0, m)),
+    "blur": (lambda m: width(post.blur_bounds(exact_bounds(2 * FLAT), 1.0, m)),
              dict(operation=39.97, quotient=5.98, constant=4, slope=1.99, smallest=48)),
-    "shading": (lambda m: width(post.shade_bounds(np.ones((1, 1, 3), "f4"), exactly(QUARTER[None]), m)),
+    "shading": (lambda m: width(post.shade_bounds(np.ones((1, 1, 3), "f4"), exact_bounds(QUARTER[None]), m)),
                 dict(operation=1.75, smallest=4)),
-    "light": (lambda m: half(sao.left_of(EVEN, 0.5, 5, m))[0, 0], dict(operation=2.75, quotient=0.25)),
-    "power": (lambda m: sao._raised(np.array([0.25]), 2.0, 1, m)[0] - 0.0625,
+    "light": (lambda m: half(sao.visibility_of_sum(EVEN, 0.5, 5, m))[0, 0], dict(operation=2.75, quotient=0.25)),
+    "power": (lambda m: sao._power_end(np.array([0.25]), 2.0, 1, m)[0] - 0.0625,
               dict(constant=0.0625, slope=0.25, without=1.75 * ULP)),
-    "power of more than 1": (lambda m: sao._raised(np.array([1 + 2.0**-10]), 2.0, 1, m)[0] - 1,
+    "power of more than 1": (lambda m: sao._power_end(np.array([1 + 2.0**-10]), 2.0, 1, m)[0] - 1,
                              dict(constant=1, without=2.0**-8)),
-    "lacking": (lambda m: width(sao.lacking((EVEN[0] / 4,) * 2, 1.0, None, m)), dict(operation=0.875)),
+    "lacking": (lambda m: width(sao.occlusion_of_visibility((EVEN[0] / 4,) * 2, 1.0, None, m)), dict(operation=0.875)),
     "z": (lambda m: linear_z(m, "perspective") + linear_z(m, "orthographic"),
           dict(operation=35.92 + 63, quotient=1.905)),
     "level": (lambda m: half(sao._hierarchy(EVEN, 1.5, Given(mip="arithmetic", max_level=1), m)[:2])[4],
@@ -113,25 +113,29 @@ PASSES = {
     "next byte of a key": (lambda m: room(lambda x: [end > TIE for end in code(m, 0.2, TIE + x)[1][::-1]]),
                            dict(operation=1 / 16, quotient=1 / 64)),
     "bilateral": (blurred, dict(operation=35.556, quotient=1.333)),
-    "two radii": (lambda m: width(points._hidden_volume(
-        Given(options=TWO_RADII, model=m), 1.0, at=lambda *_: exactly(FLAT))), dict(operation=4)),
+    "two radii": (lambda m: width(points._two_radii_bounds(
+        Given(options=TWO_RADII, model=m), 1.0, bounds_at=lambda *_: exact_bounds(FLAT))), dict(operation=4)),
     "depth by the mesh": (lambda m: by_mesh(m, depth.depth_bounds), dict(operation=16 * 9 * 3 / 19)),
     "colour by the mesh": (lambda m: by_mesh(m, depth.color_bounds), dict(operation=8)),
-    "depth": (lambda m: width(depth.depth_bounds_of(RAMP[None], m)), dict(operation=80, centre=8)),
-    "colour": (lambda m: width(depth.color_bounds_of(np.repeat(RAMP, 3).reshape(1, 5, 3), None, m)),
+    "depth": (lambda m: width(depth.texture_depth_bounds(RAMP[None], m)), dict(operation=80, centre=8)),
+    "colour": (lambda m: width(depth.texture_color_bounds(np.repeat(RAMP, 3).reshape(1, 5, 3), None, m)),
                dict(operation=32, centre=8)),
-    "depths over a jump": (lambda m: np.diff(depth.depth_bounds_of(CLIFF, m).ranges, axis=0)[0, :, 0, 1].sum() / 2,
+    "depths over a jump": (lambda m: np.diff(depth.texture_depth_bounds(CLIFF, m).ranges, axis=0)[0, :, 0, 1].sum() / 2,
                            dict(operation=9 * 16 * 9, centre=9 * 8 * 8)),
-    "jump": (lambda m: edge(lambda t: not np.ptp(depth.depth_bounds_of(1 + LOW * np.float32(t), m).ranges[0][:, :, 1])),
+    "jump": (lambda m: edge(lambda t: not np.ptp(
+        depth.texture_depth_bounds(1 + LOW * np.float32(t), m).ranges[0][:, :, 1])),
              dict(operation=64)),
-    "stray": (lambda m: edge(lambda t: depth.stray_limit(1 + LOW * np.float32(t), replace(m, centre=1.0)) == 0),
+    "outlier": (lambda m: edge(lambda t: depth.outlier_limit(1 + LOW * np.float32(t), replace(m, centre=1.0)) == 0),
               dict(operation=64)),
     "position of a texel": (lambda m: edge(lambda t: fits(m, u=0.5 + t)),
                             dict(operation=10.25, quotient=0.5, centre=1)),
     "position of a depth": (lambda m: edge(lambda t: fits(m, z=0.5 + t)), dict(operation=8.5)),
-    "strays": (lambda m: depth.stray_limit(np.float32([[1, 9]] * 2000), replace(m, centre=2.0**-8)), dict(without=70)),
-    "visibility": (lambda m: half(stored.Stored("float", True).ends(QUARTER, QUARTER, m))[0], dict(quotient=0.75)),
-    "codes": (lambda m: half(stored.Stored("unorm8").ends(4 * QUARTER, 4 * QUARTER, m))[0], dict(without=2.0**-18)),
+    "outliers": (lambda m: depth.outlier_limit(np.float32([[1, 9]] * 2000), replace(m, centre=2.0**-8)),
+                 dict(without=70)),
+    "visibility": (lambda m: half(stored.TextureFormat("float", True).ends(QUARTER, QUARTER, m))[0],
+                   dict(quotient=0.75)),
+    "codes": (lambda m: half(stored.TextureFormat("unorm8").ends(4 * QUARTER, 4 * QUARTER, m))[0],
+              dict(without=2.0**-18)),
 }  # fmt: skip
 
 
@@ -167,7 +171,7 @@ def test_terms_of_second_order_are_there():
     """Errors of one sixteenth, at which products of two of them count: by powers of 1 + r, as renderers round."""
     r, n = 2.0**-4, 20
     coarse = replace(NOTHING, operation=r)
-    assert sao.growth(n, coarse) >= (1 + r) ** (n + 3) - 1
+    assert sao.sum_error(n, coarse) >= (1 + r) ** (n + 3) - 1
     white = np.ones((1, 1, 3), "f4")
-    assert width(post.shade_bounds(white, exactly(0 * FLAT[:1, :1]), coarse)) >= (1 + r) ** 2 - 1
-    assert width(post.shade_bounds(white, exactly(2 * FLAT[:1, :1]), coarse)) >= r
+    assert width(post.shade_bounds(white, exact_bounds(0 * FLAT[:1, :1]), coarse)) >= (1 + r) ** 2 - 1
+    assert width(post.shade_bounds(white, exact_bounds(2 * FLAT[:1, :1]), coarse)) >= r

@@ -18,7 +18,7 @@ from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator, 
 from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import point_bounds
-from lfssao.verify.bounds.problem import Problem, held, view_of_formulas
+from lfssao.verify.bounds.problem import Problem, to_double, view_of_formulas
 
 NAMES = [name for name in ESTIMATORS if find_estimator(name).formulas is not None]
 PROBLEMS = 2000 if os.environ.get("LFSSAO_WHOLE") else 40
@@ -116,7 +116,7 @@ def offsets_of(name, options, radius, seen, samples, number):
 def formulas_of(name, options, radius, seen, samples):
     """An estimator's numbers as bounds are made of them."""
     estimator = find_estimator(name)
-    return held(estimator.formulas(seen, radius, *points_of(name, samples), estimator.options(**options)))
+    return to_double(estimator.formulas(seen, radius, *points_of(name, samples), estimator.options(**options)))
 
 
 def view_of(name, seen, options, model, formulas):

@@ -23,10 +23,10 @@ from lfssao.rendering.view_file import read_description
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.error_model import find_model
 from lfssao.verify.bounds.points import point_bounds
-from lfssao.verify.bounds.ssao import ao_bounds, distance_error, image_depth, seen_by, with_depths
+from lfssao.verify.bounds.ssao import ao_bounds, checked_view, distance_error, image_depth, with_depth_ends
 from lfssao.verify.bounds.view import ViewBounds
 from lfssao.verify.compare.source import Reference
-from lfssao.verify.judge import inputs_of
+from lfssao.verify.judge import stage_inputs
 from lfssao.verify.verdict import Verdict
 
 WIDTH, HEIGHT = 96, 72
@@ -118,7 +118,7 @@ def judged(frame, folder, kind, name):
     assert main(["ao", *words, "-o", str(folder / "out")]) == 0
     reference = Reference.open(folder / "out")
     _, case = reference.read("frame", reference.described("frame"))
-    bounds = ViewBounds(case.parameters, inputs_of({}, case), find_model("shader")).find("ao_1")
+    bounds = ViewBounds(case.parameters, stage_inputs({}, case), find_model("shader")).find("ao_1")
     assert isinstance(bounds, Bounds)
     return case.outputs["ao_1"], bounds
 
@@ -286,7 +286,9 @@ def test_distances_and_image_z_that_renderers_make_are_within_their_errors_and_n
     for made, right, error in ((own, given.depth, distance_error(limits)), (image, depth, room)):
         off = np.abs(made / right.astype(np.float64) - 1).max()
         assert 0.3 * error < off < error
-    seen = with_depths(seen_by(depth, given.positions, given.view.world_to_image, 1.0, room=room), limits)
+    seen = with_depth_ends(
+        checked_view(depth, given.positions, given.view.world_to_image, 1.0, depth_error=room), limits
+    )
     assert ((seen.low <= image.min(0)) & (image.max(0) <= seen.high)).all()
 
 

@@ -141,6 +141,6 @@ def test_few_samples_of_a_display_are_undecided_and_texels_without_one_have_one_
 
 def test_samples_are_counted_in_parts_without_a_difference(seen, monkeypatch):
     expected = bounds(seen)
-    monkeypatch.setattr(neighbours, "_AT_ONCE", 3)
+    monkeypatch.setattr(neighbours, "_BATCH", 3)
     assert np.array_equal(bounds(seen).lower, expected.lower)
     assert np.array_equal(bounds(seen).upper, expected.upper)

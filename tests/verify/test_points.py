@@ -15,10 +15,10 @@ from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator
 from lfssao.ao.textures import Buffers
 from lfssao.samples import make_samples
 from lfssao.verify.bounds.error_model import MODELS, find_model
-from lfssao.verify.bounds.explain import terms
+from lfssao.verify.bounds.explain import sorted_terms
 from lfssao.verify.bounds.kernels.images import map_positions
 from lfssao.verify.bounds.kernels.sums import LIMITLESS
-from lfssao.verify.bounds.points import point_bounds, terms_of
+from lfssao.verify.bounds.points import point_bounds, term_tracer
 from lfssao.verify.bounds.problem import Problem
 from lfssao.verify.bounds.registry import has_bounds
 from lfssao.verify.bounds.view import occlusion_bounds
@@ -167,14 +167,14 @@ def test_the_story_of_a_texel_has_its_image_points_and_terms(seen):
     for shown, radius in seen:
         model = replace(find_model("shader"), coordinate=0.05)  # some samples are undecided
         found = point_bounds("point", shown, radius, points, None, options, model)
-        told = terms_of(Problem(shown, points, None, options, model), radius, "point")
+        told = term_tracer(Problem(shown, points, None, options, model), radius, "point")
         for row, column in np.argwhere((shown.depth < np.inf) & (found.undecided > 0))[::97]:
             story = told(row, column)
             u, v, _ = shown.view.world_to_image(shown.positions[row, column] + radius * points).T
             np.testing.assert_allclose(story[:, [0, 2]], np.stack([u, v], axis=1), atol=1e-3)
             assert story[:, 4].sum() / 16 == pytest.approx(found.lower[row, column], abs=1e-6)
             assert story[:, 5].sum() / 16 == pytest.approx(found.upper[row, column], abs=1e-6)
-            texels = terms(story, shown.depth.shape)
+            texels = sorted_terms(story, shown.depth.shape)
             assert [t.is_decided for t in texels] == sorted(t.is_decided for t in texels)
             first = texels[0]
             assert "adds 0 to 1" in str(first)
@@ -184,9 +184,9 @@ def test_the_story_of_a_texel_has_its_image_points_and_terms(seen):
 def test_the_story_of_samples_says_where_they_lie_outside():
     """Two samples of three texels in a row: one far outside, one 1/4 texel inside the next texel's edge."""
     story = np.array([[9.0, 0, 0.5, 0, 0, 0], [1.25, 0.01, 0.5, 0.01, 0.5, 0.5], [3.0, 0.01, 0.5, 0.01, 0, 0.5]])
-    beside, inside, outside = terms(story, (1, 3))
-    assert str(terms(np.array([[1.5, 0.1, 0.5, 0.1, 0, 2.0**-124]]), (1, 3))[0]).endswith("and adds 0")
-    assert "adds 0 to any number" in str(terms(np.array([[1.5, 0.1, 0.5, 0.1, 0, LIMITLESS]]), (1, 3))[0])
+    beside, inside, outside = sorted_terms(story, (1, 3))
+    assert str(sorted_terms(np.array([[1.5, 0.1, 0.5, 0.1, 0, 2.0**-124]]), (1, 3))[0]).endswith("and adds 0")
+    assert "adds 0 to any number" in str(sorted_terms(np.array([[1.5, 0.1, 0.5, 0.1, 0, LIMITLESS]]), (1, 3))[0])
     assert str(outside) == "sample 0 lies outside the texture or the mapping's domain"
     assert str(inside) == "sample 1 reads texel (1, 0), 2.5e-01 from its edge (error up to 1.0e-02), and adds 0.5"
     assert str(beside) == "sample 2 lies next to the border (error up to 1.0e-02), and adds 0 to 0.5"

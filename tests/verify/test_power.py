@@ -13,7 +13,7 @@ from compare_folders import changed, compare, different, poke, remade, rendered,
 import lfssao
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.error_model import MODELS
-from lfssao.verify.bounds.stored import Stored
+from lfssao.verify.bounds.stored import TextureFormat
 from lfssao.verify.case import IMAGES, VIEW, Case
 from lfssao.verify.compare.power import Power, power_of
 from lfssao.verify.compare.result import Tolerance
@@ -69,7 +69,7 @@ def test_texels_that_may_stray_find_nothing(depth, ao):
     places = np.argwhere(depth == 1)[:3].T
     lower = ao * np.float32(0.75)
     lower[tuple(places)] = ao[tuple(places)]
-    powers = [found(depth, ao, Bounds(lower, ao, strays=n)) for n in (2, 3)]
+    powers = [found(depth, ao, Bounds(lower, ao, outliers=n)) for n in (2, 3)]
     assert [(power.factor, power.weak) for power in powers] == [(0.999, False), (0.7, True)]
 
 
@@ -91,7 +91,7 @@ def test_a_factor_has_to_change_a_code(random, depth, most, visibility):
     """Codes 0 to ``most`` of 8 bits: the largest is the first that a factor changes."""
     codes = np.where(depth < np.inf, random.integers(0, most + 1, SIZE), 0).astype(np.uint8)
     codes[tuple(np.argwhere(depth == 1)[0])] = most
-    stored = Stored("unorm8", visibility)
+    stored = TextureFormat("unorm8", visibility)
     ao = stored.read(255 - codes if visibility else codes)
     bounds = stored.bounds(Bounds(ao, ao), MODELS["strict"])
     changing = [factor for factor in TRIED if most * (1 - factor) > 0.5]
@@ -105,7 +105,7 @@ def test_ao_times_a_factor_is_shaded_again(random, depth, ao, format):
     lower, upper = ((color * (1 - np.float32(factor) * ao)[..., None]).astype(np.float32) for factor in (1, 0.97))
     stored, own = None, lower
     if format == "srgb8":
-        stored = Stored("srgb8")
+        stored = TextureFormat("srgb8")
         ends = stored.bounds(Bounds(lower, upper), MODELS["strict"])
         lower, upper, own = ends.lower, ends.upper, ends.lower
     power = found(depth, own, Bounds(lower, upper), stored, name="shaded", blurred=ao, color=color)

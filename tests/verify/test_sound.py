@@ -17,8 +17,8 @@ from lfssao import Camera, Display, Mesh, Module, Paint, RayCaster, builtin_scen
 from lfssao.ao.post import blur_weights
 from lfssao.core.jit import kernel
 from lfssao.verify.bounds import post, ssao
-from lfssao.verify.bounds.bounds import exactly
-from lfssao.verify.bounds.depth import PositionBounds, color_bounds, depth_bounds, displaced, stray_limit
+from lfssao.verify.bounds.bounds import exact_bounds
+from lfssao.verify.bounds.depth import PositionBounds, color_bounds, depth_bounds, displaced, outlier_limit
 from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.kernels.images import certain, linear_room
 from lfssao.verify.bounds.kernels.point_bounds import trace_samples
@@ -70,7 +70,7 @@ def check(drawn, renderers, alter=lambda model: model):
     ar = oracle.arithmetic(name, rng, renderers)
     made, allowed = [], []
     for r in (radius, 0.7 * radius):
-        seen = ssao.with_depths(ssao.seen_by(depth, positions, mapping, r, back, turns), model)
+        seen = ssao.with_depth_ends(ssao.checked_view(depth, positions, mapping, r, back, turns), model)
         numbers = None if back is None else back.ravel()
         points = rr.image_points(ar, depth, positions, mapping.kind, mapping.numbers, samples, r, numbers, turns)
         assert_points_inside(points, depth, (seen, ssao.sample_points(samples, r)), model.errors)
@@ -88,9 +88,9 @@ def check(drawn, renderers, alter=lambda model: model):
     # The later stages by themselves, all renderers on one texture.
     one = merged[0].astype(np.float32)
     blur, _ = rr.blur(ar, one, sigma, len(table) // 2, table)
-    oracle.assert_inside(blur, post.blur_bounds(exactly(one), sigma, model), "blur")
+    oracle.assert_inside(blur, post.blur_bounds(exact_bounds(one), sigma, model), "blur")
     one = blurred[0].astype(np.float32)
-    oracle.assert_inside(rr.shade(ar, rgb, ar.full(one)), post.shade_bounds(rgb, exactly(one), model), "shade")
+    oracle.assert_inside(rr.shade(ar, rgb, ar.full(one)), post.shade_bounds(rgb, exact_bounds(one), model), "shade")
     counts = [np.rint(m * n) for m in made]
     return int(sum(a.undecided.sum() for a in allowed)), sum(int((c.max(0) - c.min(0)).sum()) for c in counts)
 
@@ -233,6 +233,6 @@ def test_edges_are_met_off_centres_on_average_no_more_often_than_the_limit_says(
         away = cosine * u + sine * v - (cosine + sine) * size / 2 - rng.uniform(-10, 10)
         depth = np.where(away > 0, np.float32(1), np.float32(2))
         crossed = np.abs(away) <= reach * (abs(cosine) + abs(sine))
-        met, limits = met + np.count_nonzero(crossed), limits + stray_limit(depth, model)
+        met, limits = met + np.count_nonzero(crossed), limits + outlier_limit(depth, model)
     assert met <= limits < 16 * met
-    assert stray_limit(np.ones((9, 9), np.float32)) == stray_limit(depth, "strict") == 0
+    assert outlier_limit(np.ones((9, 9), np.float32)) == outlier_limit(depth, "strict") == 0

@@ -9,7 +9,7 @@ from compare_folders import compare, with_a_wrong_code
 
 from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.error_model import MODELS
-from lfssao.verify.bounds.stored import Stored
+from lfssao.verify.bounds.stored import TextureFormat
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.result import Tolerance, result_of
 from lfssao.verify.verdict import Judgement, Verdict
@@ -29,7 +29,7 @@ def test_depth_was_at_most_half_a_step_from_what_is_read_and_may_have_been_as_fa
     dtype = {"half": np.float16, "float": np.float32}.get(format)
     steps = 1 + codes * 2.0**-10 if largest is None else codes / largest
     following = np.nextafter(steps.astype(dtype), dtype(9)).astype(np.float64) if dtype else (codes + 1) / largest
-    found = Stored(format, depth=True).half_steps(steps.astype(np.float32))
+    found = TextureFormat(format, depth=True).half_steps(steps.astype(np.float32))
     np.testing.assert_allclose(found, (following - steps) / 2, rtol=1e-6)
 
 
@@ -39,7 +39,7 @@ def test_depth_was_at_most_half_a_step_from_what_is_read_and_may_have_been_as_fa
 def test_the_reference_is_printed_inside_its_interval(format, visibility, model):
     """Ten random values a texture, each with the interval of itself or of up to a thousandth around it."""
     random = np.random.default_rng(11)
-    stored, changed_numbers = Stored(format, visibility), 0
+    stored, changed_numbers = TextureFormat(format, visibility), 0
     for width in np.repeat([0, 1e-9, 1e-3], 40):
         right = random.uniform(0, 1, (1, 10)).astype(np.float32)
         right[0, :2] = 0, 1

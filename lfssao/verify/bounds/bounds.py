@@ -25,7 +25,7 @@ class Bounds:
     upper: Texture  # the largest, likewise
     # (H, W) int32: number of samples that rounding decides, over all radii that went in; None behind the blur
     undecided: NDArray[np.int32] | None = None
-    strays: int = 0  # number of texels of a right texture that may leave the bounds
+    outliers: int = 0  # number of texels of a right texture that may leave the bounds
     # Smallest and largest values of K ranges, (K, H, W): a value must lie in one of them, not just between their ends.
     ranges: tuple[Texture, Texture] | None = None
 
@@ -44,7 +44,7 @@ class Bounds:
         return Bounds(without_guard(self.lower, guard), without_guard(self.upper, guard), undecided)
 
 
-def exactly(texture: Texture) -> Bounds:
+def exact_bounds(texture: Texture) -> Bounds:
     """The bounds of a texture that is given, a point each."""
     return Bounds(texture, texture)
 

@@ -12,7 +12,7 @@ them may show between the rays. Limit: a triangle in front of all that the rays 
 From a reference depth texture alone: the texel's slope is that of its neighbours. Next to a jump the neighbour's
 surface, carried on, is as right, and what lies between the two is wrong. No such bound can be sound: it misses
 surfaces thinner than a texel, and slopes more than ``SLOPES`` times steeper in a texel than around it. So the judge
-lets as many texels leave the bounds as may look across an edge (``stray_limit``). A shift by less than a texel is not
+lets as many texels leave the bounds as may look across an edge (``outlier_limit``). A shift by less than a texel is not
 noticed at silhouettes.
 """
 
@@ -32,7 +32,7 @@ from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY
 from lfssao.optics.kernels.rays import Pinhole
 from lfssao.optics.view import View, WorldToImage
-from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, exactly, up_to_single
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, exact_bounds, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 from lfssao.verify.bounds.kernels import depth_bounds as depth_kernels
 from lfssao.verify.bounds.ssao import project_positions
@@ -45,24 +45,25 @@ SLOPES = 8
 
 def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shader") -> Bounds:
     """Bounds of the depth texture of a view of the mesh that the caster holds in the view's cast space."""
-    chosen = find_model(model)
-    if chosen.exact:
-        return exactly(caster.gbuffer(view, color=None).depth)
+    error_model = find_model(model)
+    if error_model.exact:
+        return exact_bounds(caster.gbuffer(view, color=None).depth)
     shape = view.height, view.width
-    reach = chosen.centre
+    half_width = error_model.centre
     triangles = np.empty((9, view.height * view.width), np.int32)
-    for k, (v, u) in enumerate(product((-reach, 0.0, reach), repeat=2)):
+    for k, (v, u) in enumerate(product((-half_width, 0.0, half_width), repeat=2)):
         triangles[k] = caster.gbuffer(displaced(view, u, v), color=None).triangle.ravel()
     vertices = transform_points(view.cast_from_world, caster.mesh.vertices)
     lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
-    depth_kernels.depth_ranges(view.rays, view.width, reach, vertices, caster.mesh.faces, triangles, lower, upper)
+    depth_kernels.depth_ranges(view.rays, view.width, half_width, vertices, caster.mesh.faces, triangles, lower, upper)
     # Rounding of z in cast space: ROUNDINGS operations on the largest numbers that make it.
-    slack = ROUNDINGS * chosen.operation * float(np.abs(vertices).max() + np.abs(view.cast_from_world[:, 3]).max())
+    largest = float(np.abs(vertices).max() + np.abs(view.cast_from_world[:, 3]).max())
+    rounding = ROUNDINGS * error_model.operation * largest
     # Screen space z changes with z by so much at most; twice more for its own roundings.
     if view.screen_to_world is not None and not view.linear:
         near, far, orthographic = view.lens[4:7].tolist()
-        slack *= 3 * (1.0 if orthographic else far / near) / (far - near)
-    low, high = np.min(lower - slack, axis=0), np.max(upper + slack, axis=0)
+        rounding *= 3 * (1.0 if orthographic else far / near) / (far - near)
+    low, high = np.min(lower - rounding, axis=0), np.max(upper + rounding, axis=0)
     return Bounds(up_to_single(low).reshape(shape), down_to_single(high).reshape(shape))
 
 
@@ -70,21 +71,21 @@ def distance_ends(view: View, lower: FloatArray, upper: FloatArray, model: Error
     """Least and largest distance along a camera's axis that a renderer may make of screen z between two ends."""
     camera = Pinhole(*view.lens.tolist())
     near, far = camera.near, camera.far
-    c = (0.0, far - near, near) if camera.orthographic else plane_constants(near, far)
+    constants = (0.0, far - near, near) if camera.orthographic else plane_constants(near, far)
 
-    def sum_of(depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def denominator(depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Sum d c_1 + c_2, and how far it may be off."""
-        product = np.where(depth < np.inf, depth, 0.0) * c[1]
-        return product + c[2], 6 * model.operation * (np.abs(product) + abs(c[2]))
+        product = np.where(depth < np.inf, depth, 0.0) * constants[1]
+        return product + constants[2], 6 * model.operation * (np.abs(product) + abs(constants[2]))
 
-    (low, low_off), (high, high_off) = sum_of(lower), sum_of(upper)
+    (low, low_error), (high, high_error) = denominator(lower), denominator(upper)
     if camera.orthographic:
-        low, high = low - low_off, high + high_off
+        low, high = low - low_error, high + high_error
     else:
-        slack, low, high = model.quotient + 2 * model.operation, low + low_off, high - high_off
+        relative_error, low, high = model.quotient + 2 * model.operation, low + low_error, high - high_error
         with np.errstate(divide="ignore"):
-            low = np.where(low > 0, c[0] * (1 - slack) / np.abs(low), np.inf)
-            high = np.where(high > 0, c[0] * (1 + slack) / np.abs(high), np.inf)
+            low = np.where(low > 0, constants[0] * (1 - relative_error) / np.abs(low), np.inf)
+            high = np.where(high > 0, constants[0] * (1 + relative_error) / np.abs(high), np.inf)
     return np.where(lower < np.inf, low, np.inf), np.where(upper < np.inf, high, np.inf)
 
 
@@ -94,19 +95,19 @@ def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: 
     Limit: a texture that changes within 1/256 of a texel (``shader``) is not followed. ``color`` is how the mesh's
     textures are read, 'bilinear' or 'nearest'. InputError if there is no such filter or the mesh has no colour.
     """
-    chosen = find_model(model)
+    error_model = find_model(model)
     low: Any = np.inf
     high: Any = -np.inf
-    for v, u in product((0.0,) if chosen.exact else (-chosen.centre, 0.0, chosen.centre), repeat=2):
+    for v, u in product((0.0,) if error_model.exact else (-error_model.centre, 0.0, error_model.centre), repeat=2):
         texture = caster.gbuffer(displaced(view, u, v), color).color
         if texture is None:
             raise InputError(f"{caster.mesh.name} has no colour")
         low, high = np.minimum(low, texture), np.maximum(high, texture)
-    if chosen.exact:
-        return exactly(high)
+    if error_model.exact:
+        return exact_bounds(high)
     low, high = low.astype(np.float64), high.astype(np.float64)
-    room = (high - low) + ROUNDINGS * chosen.operation * high
-    return Bounds(up_to_single(low - room), down_to_single(high + room))
+    margin = (high - low) + ROUNDINGS * error_model.operation * high
+    return Bounds(up_to_single(low - margin), down_to_single(high + margin))
 
 
 def displaced(view: View, du: float, dv: float) -> View:
@@ -124,43 +125,44 @@ def displaced(view: View, du: float, dv: float) -> View:
     return replace(view, lens=lens)
 
 
-def depth_bounds_of(depth: Texture, model: str | ErrorModel = "shader") -> Bounds:
+def texture_depth_bounds(depth: Texture, model: str | ErrorModel = "shader") -> Bounds:
     """Bounds of a depth texture (H, W) without a mesh, from the reference's."""
-    chosen = find_model(model)
-    if chosen.exact:
-        return exactly(depth)
+    error_model = find_model(model)
+    if error_model.exact:
+        return exact_bounds(depth)
     reference = depth.astype(np.float64)
-    slack = ROUNDINGS * chosen.operation * _largest(reference)
-    steps = _steps(reference, slack)
+    rounding = ROUNDINGS * error_model.operation * _largest(reference)
+    steps = _neighbour_steps(reference, rounding)
     with np.errstate(invalid="ignore"):  # infinity less infinity, between two texels without surface
-        slope = np.max([_finite(step.near - reference) for step in steps], axis=0)
-        room = slope * SLOPES * chosen.centre + slack
-        lower, upper = [reference - room], [reference + room]
-        for near, beyond, jump in steps:
-            carried = np.where(np.isfinite(beyond) & np.isfinite(near), 2 * near - beyond, near)
-            lower.append(np.where(jump, np.minimum(near, carried) - room, lower[0]))
-            upper.append(np.where(jump, np.maximum(near, carried) + room, upper[0]))
+        slope = np.max([_finite_size(step.neighbour - reference) for step in steps], axis=0)
+        margin = slope * SLOPES * error_model.centre + rounding
+        lower, upper = [reference - margin], [reference + margin]
+        for neighbour, second, jump in steps:
+            extrapolated = np.where(np.isfinite(second) & np.isfinite(neighbour), 2 * neighbour - second, neighbour)
+            lower.append(np.where(jump, np.minimum(neighbour, extrapolated) - margin, lower[0]))
+            upper.append(np.where(jump, np.maximum(neighbour, extrapolated) + margin, upper[0]))
     low, high = up_to_single(np.array(lower)), down_to_single(np.array(upper))
-    return Bounds(low.min(axis=0), high.max(axis=0), strays=stray_limit(depth, chosen), ranges=(low, high))
+    return Bounds(low.min(axis=0), high.max(axis=0), outliers=outlier_limit(depth, error_model), ranges=(low, high))
 
 
-def color_bounds_of(color: Texture, depth: Texture | None, model: str | ErrorModel = "shader") -> Bounds:
+def texture_color_bounds(color: Texture, depth: Texture | None, model: str | ErrorModel = "shader") -> Bounds:
     """Bounds of a colour texture (H, W, 3) without a mesh, from the reference's.
 
     Each texel may have any colour between those of it and its eight neighbours, and beyond them by ``SLOPES`` times
     ``model.centre`` of their span and by ROUNDINGS operations. At jumps of the reference's depth some may stray.
     """
-    chosen = find_model(model)
-    if chosen.exact:
-        return exactly(color)
-    wide = color.astype(np.float64)
-    low, high = (extreme(wide, (3, 3, 1), mode="nearest") for extreme in (minimum_filter, maximum_filter))
-    room = ROUNDINGS * chosen.operation * np.maximum(np.abs(low), np.abs(high)) + SLOPES * chosen.centre * (high - low)
-    strays = 0 if depth is None else stray_limit(depth, chosen)
-    return Bounds(up_to_single(low - room), down_to_single(high + room), strays=strays)
+    error_model = find_model(model)
+    if error_model.exact:
+        return exact_bounds(color)
+    values = color.astype(np.float64)
+    low, high = (extreme(values, (3, 3, 1), mode="nearest") for extreme in (minimum_filter, maximum_filter))
+    rounding = ROUNDINGS * error_model.operation * np.maximum(np.abs(low), np.abs(high))
+    margin = rounding + SLOPES * error_model.centre * (high - low)
+    outliers = 0 if depth is None else outlier_limit(depth, error_model)
+    return Bounds(up_to_single(low - margin), down_to_single(high + margin), outliers=outliers)
 
 
-def stray_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
+def outlier_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
     """Number of texels of a right depth or colour texture that may leave the bounds that the reference's own gives.
 
     A texel shows another surface where an edge passes through the box of half width c, ``ErrorModel.centre``, about its
@@ -168,23 +170,23 @@ def stray_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
     texels next to it count here. So the mean number m is at most 2 sqrt(2) c times the texels at a jump of depth; the
     limit is m + 4 sqrt(m), four standard deviations above it; 0 for an exact model.
     """
-    chosen, reference = find_model(model), depth.astype(np.float64)
-    if chosen.exact:
+    error_model, reference = find_model(model), depth.astype(np.float64)
+    if error_model.exact:
         return 0
-    jumps = [step.jump for step in _steps(reference, ROUNDINGS * chosen.operation * _largest(reference))]
-    mean = 2 * sqrt(2) * chosen.centre * int(np.count_nonzero(np.any(jumps, axis=0)))
+    jumps = [step.jump for step in _neighbour_steps(reference, ROUNDINGS * error_model.operation * _largest(reference))]
+    mean = 2 * sqrt(2) * error_model.centre * int(np.count_nonzero(np.any(jumps, axis=0)))
     return int(mean + 4 * sqrt(mean))
 
 
 class _Step(NamedTuple):
     """From each texel one step in a direction: the next texel's depth, that of the one beyond, where the step jumps."""
 
-    near: FloatArray
-    beyond: FloatArray
+    neighbour: FloatArray
+    second: FloatArray
     jump: NDArray[np.bool_]
 
 
-def _steps(reference: FloatArray, slack: float) -> list[_Step]:
+def _neighbour_steps(reference: FloatArray, rounding: float) -> list[_Step]:
     """The steps to the eight neighbours; a jump is more than the slopes before and behind it explain."""
     padded = np.pad(reference, 2, mode="edge")
     height, width = reference.shape
@@ -192,19 +194,19 @@ def _steps(reference: FloatArray, slack: float) -> list[_Step]:
     def shifted(j: int, i: int) -> FloatArray:
         return padded[2 + j : 2 + j + height, 2 + i : 2 + i + width]
 
-    made = []
+    steps = []
     with np.errstate(invalid="ignore"):  # infinity less infinity
         for j, i in product((-1, 0, 1), repeat=2):
             if (j, i) == (0, 0):
                 continue
-            near, beyond, opposite = shifted(j, i), shifted(2 * j, 2 * i), shifted(-j, -i)
-            slopes = _finite(beyond - near) + _finite(reference - opposite)
-            jump = (near != reference) & ~(np.abs(near - reference) <= 4 * (slopes + slack))
-            made.append(_Step(near, beyond, jump))
-    return made
+            neighbour, second, opposite = shifted(j, i), shifted(2 * j, 2 * i), shifted(-j, -i)
+            slopes = _finite_size(second - neighbour) + _finite_size(reference - opposite)
+            jump = (neighbour != reference) & ~(np.abs(neighbour - reference) <= 4 * (slopes + rounding))
+            steps.append(_Step(neighbour, second, jump))
+    return steps
 
 
-def _finite(difference: FloatArray) -> FloatArray:
+def _finite_size(difference: FloatArray) -> FloatArray:
     """Sizes of differences, 0 where one of the two is no surface."""
     return np.nan_to_num(np.abs(difference), nan=0.0, posinf=0.0)
 
@@ -220,27 +222,27 @@ class PositionBounds:
 
     A position is mapped into the image. Each coordinate may be off by ROUNDINGS operations on numbers of the size of
     the largest in the texture, the texel's centre by ``model.centre``, and depth by ROUNDINGS operations, and by
-    ``off`` where it was stored in fewer bits than made. No texel may stray. The mapping includes the guard band; the
-    model is not an exact one.
+    ``depth_error`` where it was stored in fewer bits than made. No texel may be outside. The mapping includes the
+    guard band; the model is not an exact one.
     """
 
     world_to_image: WorldToImage
     depth: Texture
     model: ErrorModel
-    strays: int = 0
-    off: FloatArray | float = 0.0
+    outliers: int = 0
+    depth_error: FloatArray | float = 0.0
 
     @np.errstate(invalid="ignore")  # of a NaN that signals, and where there is no surface
     def outside(self, positions: Texture) -> NDArray[np.bool_]:
         """Whether each texel's position does not fit, (H, W, 3)."""
         depth, operation, (height, width) = self.depth, self.model.operation, self.depth.shape
-        allowance = np.full(positions.shape, ROUNDINGS * operation * _largest(positions))
-        exact = np.ascontiguousarray(positions, np.float64)
-        image, error, _ = project_positions(exact, allowance, self.world_to_image, self.model)
+        coordinate_error = np.full(positions.shape, ROUNDINGS * operation * _largest(positions))
+        exact_positions = np.ascontiguousarray(positions, np.float64)
+        image, error, _ = project_positions(exact_positions, coordinate_error, self.world_to_image, self.model)
         centre = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-        room = ROUNDINGS * operation * _largest(depth) + self.off
-        far = [~(np.abs(image[..., 2] - depth) <= error[..., 2] + room)]
-        far += [~(np.abs(image[..., k] - centre[k]) <= error[..., k] + self.model.centre) for k in range(2)]
+        depth_margin = ROUNDINGS * operation * _largest(depth) + self.depth_error
+        violations = [~(np.abs(image[..., 2] - depth) <= error[..., 2] + depth_margin)]
+        violations += [~(np.abs(image[..., k] - centre[k]) <= error[..., k] + self.model.centre) for k in range(2)]
         finite = np.any(positions != np.inf, axis=-1)
-        wrong = np.where(depth < np.inf, np.any(far, axis=0), finite)
+        wrong = np.where(depth < np.inf, np.any(violations, axis=0), finite)
         return np.stack([wrong] * 3, axis=-1)

@@ -99,7 +99,7 @@ _MODELS = (
     ErrorModel("strict", "+ - * / sqrt rounded to nearest in the written order: equal bits", exact=True),
 )
 MODELS = {model.name: model for model in _MODELS}
-OF_KITS = "shader"  # the model of the bounds in a kit
+KIT_MODEL = "shader"  # the model of the bounds in a kit
 
 
 def find_model(model: str | ErrorModel) -> ErrorModel:

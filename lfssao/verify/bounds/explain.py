@@ -13,9 +13,9 @@ from lfssao.verify.bounds.bounds import Texture
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel, find_model
 from lfssao.verify.bounds.kernels.point_bounds import trace_samples
 from lfssao.verify.bounds.kernels.sums import LIMITLESS, OPEN
-from lfssao.verify.bounds.ssao import sample_points, seen_by, with_depths
+from lfssao.verify.bounds.ssao import checked_view, sample_points, with_depth_ends
 
-_NONE = 2.0**-64  # a term below it is none but for numbers that are flushed to zero
+_NEGLIGIBLE = 2.0**-64  # a term below it is none but for numbers that are flushed to zero
 OUTCOMES = ("clear", "occluded", "undecided")
 
 
@@ -30,19 +30,19 @@ class Sample:
     v: float
     z: float
     texel: tuple[int, int] | None  # (column, row) that it reads; None outside the texture or the domain
-    from_edge: float  # distance, in texels, of the image point from the nearest edge of that texel
-    behind: float  # z less the depth of the surface there: positive, occluded; minus infinity before no surface
+    edge_distance: float  # distance, in texels, of the image point from the nearest edge of that texel
+    depth_behind: float  # z less the depth of the surface there: positive, occluded; minus infinity before no surface
     error_uv: float  # errors of u or v, and of z
     error_z: float
 
     def __str__(self) -> str:
         if self.texel is None:
             return f"sample {self.number} is {self.outcome}: it lies outside the texture or the mapping's domain"
-        where = f"reads texel {self.texel}, {self.from_edge:.1e} from its edge (error up to {self.error_uv:.1e})"
-        if self.behind == -np.inf:
+        where = f"reads texel {self.texel}, {self.edge_distance:.1e} from its edge (error up to {self.error_uv:.1e})"
+        if self.depth_behind == -np.inf:
             return f"sample {self.number} is {self.outcome}: it {where}, which sees no surface"
-        side = "behind" if self.behind > 0 else "before"
-        depth = f"{abs(self.behind):.1e} {side} its surface (error up to {self.error_z:.1e})"
+        side = "behind" if self.depth_behind > 0 else "before"
+        depth = f"{abs(self.depth_behind):.1e} {side} its surface (error up to {self.error_z:.1e})"
         return f"sample {self.number} is {self.outcome}: it {where}, and lies {depth}"
 
 
@@ -52,7 +52,7 @@ class Term:
 
     number: int  # from 0
     texel: tuple[int, int] | None  # (column, row) that it reads; None outside the texture or the domain
-    from_edge: float  # distance, in texels, of the image point from the nearest edge of that texel
+    edge_distance: float  # distance, in texels, of the image point from the nearest edge of that texel
     error_uv: float  # error of u or v
     least: float
     most: float
@@ -62,7 +62,7 @@ class Term:
             return f"sample {self.number} lies outside the texture or the mapping's domain"
         most = "any number" if self.most >= LIMITLESS else f"{self.most:.4g}"
         adds = f"{self.least:.4g}" if self.is_decided else f"{self.least:.4g} to {most}"
-        where = "next to the border" if self.texel is None else f"{self.from_edge:.1e} from its edge"
+        where = "next to the border" if self.texel is None else f"{self.edge_distance:.1e} from its edge"
         where = f"{where} (error up to {self.error_uv:.1e})"
         read = f"reads texel {self.texel}, " if self.texel else "lies "
         return f"sample {self.number} {read}{where}, and adds {adds}"
@@ -70,27 +70,31 @@ class Term:
     @property
     def is_decided(self) -> bool:
         """Whether rounding makes little of its term."""
-        return self.most - self.least <= max(OPEN * self.most, _NONE)
+        return self.most - self.least <= max(OPEN * self.most, _NEGLIGIBLE)
 
 
-def _texel_of(u: float, v: float, may: bool, shape: tuple[int, ...]) -> tuple[tuple[int, int] | None, float]:
+def _texel_of(u: float, v: float, in_domain: bool, shape: tuple[int, ...]) -> tuple[tuple[int, int] | None, float]:
     """Column and row of an image point and its distance from the texel's edge; None and infinity outside."""
-    if not (may and 0 <= u < shape[1] and 0 <= v < shape[0]):
+    if not (in_domain and 0 <= u < shape[1] and 0 <= v < shape[0]):
         return None, np.inf
     column, row = int(u), int(v)
     return (column, row), min(u - column, column + 1 - u, v - row, row + 1 - v)
 
 
-def terms(story: NDArray[np.float64], shape: tuple[int, int]) -> list[Term]:
-    """Samples of a texel by their story (``points.terms_of``), those that come nearest to another outcome first.
+def sorted_terms(trace: NDArray[np.float64], shape: tuple[int, int]) -> list[Term]:
+    """Samples of a texel by their trace (``points.term_tracer``), those that come nearest to another outcome first.
 
     Undecided ones come first, then by the distance to the edge in units of the error; shape: that of the texture.
     """
-    made = []
-    for number, (u, e_u, v, e_v, least, most) in enumerate(story.tolist()):
-        place, edge = _texel_of(u, v, e_u > -np.inf, shape)
-        made.append(Term(number, place, edge, max(e_u, e_v), least, most))
-    return sorted(made, key=lambda t: (t.is_decided, t.from_edge / t.error_uv if t.error_uv > 0 else np.inf))
+
+    def closeness(term: Term) -> tuple[bool, float]:
+        return term.is_decided, term.edge_distance / term.error_uv if term.error_uv > 0 else np.inf
+
+    found = []
+    for number, (u, e_u, v, e_v, least, most) in enumerate(trace.tolist()):
+        texel, distance = _texel_of(u, v, e_u > -np.inf, shape)
+        found.append(Term(number, texel, distance, max(e_u, e_v), least, most))
+    return sorted(found, key=closeness)
 
 
 def explainer(
@@ -102,7 +106,7 @@ def explainer(
     model: str | ErrorModel = "shader",
     screen_to_world: Matrix | None = None,
     turns: Texture | None = None,
-    room: float = 0.0,
+    depth_error: float = 0.0,
 ) -> Callable[[tuple[int, int]], list[Sample]]:
     """A function that gives a texel's samples, of (column, row), those that come nearest to another outcome first.
 
@@ -110,29 +114,32 @@ def explainer(
     there are none where the texel has no surface. Arguments and errors are those of ``ssao.ao_bounds``, but an exact
     model has no errors: ``nearest`` is taken for it. The depths of the whole texture are prepared once.
     """
-    chosen = find_model(model)
-    chosen = MODELS["nearest"] if chosen.exact else chosen
-    seen = with_depths(seen_by(depth, positions, world_to_image, radius, screen_to_world, turns, room), chosen)
+    error_model = find_model(model)
+    error_model = MODELS["nearest"] if error_model.exact else error_model
+    view = with_depth_ends(
+        checked_view(depth, positions, world_to_image, radius, screen_to_world, turns, depth_error), error_model
+    )
     offsets = sample_points(samples, radius)
 
-    def explained(texel: tuple[int, int]) -> list[Sample]:
+    def explain(texel: tuple[int, int]) -> list[Sample]:
         i, j = texel
         if not depth[j, i] < np.inf:
             return []
-        found = np.empty((len(samples), 9))
-        trace_samples(seen, offsets, j, i, chosen.errors, found)
-        made = []
-        for number, (u, e_u, v, e_v, z, e_z, may, _, outcome) in enumerate(found.tolist()):
-            place, edge = _texel_of(u, v, bool(may), depth.shape)
-            behind = np.inf if place is None else z - float(depth[place[1], place[0]])
-            made.append(Sample(number, OUTCOMES[int(outcome)], u, v, z, place, edge, behind, max(e_u, e_v), e_z))
-        return sorted(made, key=_closeness)
+        traced = np.empty((len(samples), 9))
+        trace_samples(view, offsets, j, i, error_model.errors, traced)
+        found = []
+        for number, (u, e_u, v, e_v, z, e_z, in_domain, _, outcome) in enumerate(traced.tolist()):
+            read, distance = _texel_of(u, v, bool(in_domain), depth.shape)
+            depth_behind = np.inf if read is None else z - float(depth[read[1], read[0]])
+            outcome_name = OUTCOMES[int(outcome)]
+            found.append(Sample(number, outcome_name, u, v, z, read, distance, depth_behind, max(e_u, e_v), e_z))
+        return sorted(found, key=_closeness)
 
-    return explained
+    return explain
 
 
 def _closeness(sample: Sample) -> tuple[bool, float]:
     """Undecided samples first, then by the distance to another outcome in units of the error."""
-    edge = sample.from_edge / sample.error_uv if sample.error_uv > 0 else np.inf
-    depth = abs(sample.behind) / sample.error_z if sample.error_z > 0 else np.inf
-    return sample.outcome != "undecided", min(edge, depth)
+    edge_ratio = sample.edge_distance / sample.error_uv if sample.error_uv > 0 else np.inf
+    depth_ratio = abs(sample.depth_behind) / sample.error_z if sample.error_z > 0 else np.inf
+    return sample.outcome != "undecided", min(edge_ratio, depth_ratio)

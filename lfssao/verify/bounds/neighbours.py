@@ -10,27 +10,28 @@ from lfssao.verify.bounds.bounds import Bounds
 from lfssao.verify.bounds.kernels.point_bounds import CERTAIN, HIDDEN, OPEN, Points, add_view
 from lfssao.verify.bounds.kernels.seen import IMAGE
 from lfssao.verify.bounds.problem import Problem
-from lfssao.verify.bounds.ssao import fraction_bounds, sample_points, single, with_depths
+from lfssao.verify.bounds.ssao import fraction_bounds, rounded_to_single, sample_points, with_depth_ends
 
-_AT_ONCE = 16  # samples whose bits are in memory together
+_BATCH = 16  # samples whose bits are in memory together
 
 
-def neighbours(given: Problem, radius: float) -> Bounds:
+def neighbours(problem: Problem, radius: float) -> Bounds:
     """Bounds of ``lf-neighbours``; with no other modules those of ``lf`` by Algorithm 2."""
-    model, points = given.model, sample_points(given.points, radius)
-    own, n = given.surface(radius, directions=False, kind=IMAGE), len(given.points)
-    views = [own]
-    for mapping, depth in given.seen.neighbours:
-        other = own._replace(kind=mapping.kind, numbers=single(mapping.numbers), depth=np.ascontiguousarray(depth))
-        views.append(with_depths(other._replace(room=0.0), model))
-    fewest, most = (np.zeros(own.depth.shape, np.int32) for _ in range(2))
-    for start in range(0, n, _AT_ONCE):
-        some = Points(*(array[start : start + _AT_ONCE] for array in points))
-        known = np.zeros((*own.depth.shape, len(some.offsets)), np.uint8)
-        for shown in views:
-            add_view(own.depth, shown, some, model.errors, known)
-        hidden, clear = known & CERTAIN * HIDDEN > 0, known & CERTAIN * OPEN > 0
-        fewest += np.count_nonzero(hidden & (known & OPEN == 0), axis=-1).astype(np.int32)
-        most += np.count_nonzero((known & HIDDEN > 0) & ~clear, axis=-1).astype(np.int32)
+    model, points = problem.model, sample_points(problem.points, radius)
+    surface, n = problem.surface(radius, directions=False, kind=IMAGE), len(problem.points)
+    views = [surface]
+    for mapping, depth in problem.buffers.neighbours:
+        numbers = rounded_to_single(mapping.numbers)
+        other = surface._replace(kind=mapping.kind, numbers=numbers, depth=np.ascontiguousarray(depth), room=0.0)
+        views.append(with_depth_ends(other, model))
+    fewest, most = (np.zeros(surface.depth.shape, np.int32) for _ in range(2))
+    for start in range(0, n, _BATCH):
+        batch = Points(*(array[start : start + _BATCH] for array in points))
+        found = np.zeros((*surface.depth.shape, len(batch.offsets)), np.uint8)
+        for view in views:
+            add_view(surface.depth, view, batch, model.errors, found)
+        hidden, clear = found & CERTAIN * HIDDEN > 0, found & CERTAIN * OPEN > 0
+        fewest += np.count_nonzero(hidden & (found & OPEN == 0), axis=-1).astype(np.int32)
+        most += np.count_nonzero((found & HIDDEN > 0) & ~clear, axis=-1).astype(np.int32)
     low, high = fraction_bounds(n, model)
     return Bounds(low[fewest], high[most], most - fewest)

@@ -29,13 +29,13 @@ from lfssao.verify.bounds.kernels.folds import bound_folds
 from lfssao.verify.bounds.kernels.seen import Seen
 from lfssao.verify.bounds.kernels.sums import LIMITLESS, NO_STORY, bound_sums, end_sums
 from lfssao.verify.bounds.post import merge_bounds, union_ends
-from lfssao.verify.bounds.problem import Options, Problem, Weights, held, view_of_formulas
-from lfssao.verify.bounds.registry import BOUNDED, has_bounds
+from lfssao.verify.bounds.problem import Options, Problem, Weights, to_double, view_of_formulas
+from lfssao.verify.bounds.registry import BOUNDS_FILES, has_bounds
 
 
 def point_bounds(
     name: str,
-    seen: Buffers,
+    buffers: Buffers,
     radius: float,
     points: NDArray[np.floating[Any]] | None,
     weights: Weights,
@@ -48,19 +48,19 @@ def point_bounds(
     are (n, 3) in the unit ball or (n, 2) in the unit disk, weights (n,), read by VO; options are all of the estimator's
     parameters. InputError if there is no such model; an exact one has one right value and no bounds here.
     """
-    if not has_bounds(name) or (find_estimator(name).reads_normals(options) and seen.normals is None):
+    if not has_bounds(name) or (find_estimator(name).reads_normals(options) and buffers.normals is None):
         return None
     samples = np.asarray([] if points is None else points, np.float64)
-    given = Problem(seen, samples, weights, options, find_model(model))
-    if name in BOUNDED:
-        file = import_module(f"lfssao.verify.bounds.{BOUNDED[name]}")
-        found: Bounds | None = getattr(file, BOUNDED[name])(given, radius)
-        return found
-    return _OF_RADII[name](given, radius) if name in _OF_RADII else _formulas(given, radius, name=name)
+    problem = Problem(buffers, samples, weights, options, find_model(model))
+    if name in BOUNDS_FILES:
+        module = import_module(f"lfssao.verify.bounds.{BOUNDS_FILES[name]}")
+        bounds: Bounds | None = getattr(module, BOUNDS_FILES[name])(problem, radius)
+        return bounds
+    return _TWO_RADII[name](problem, radius) if name in _TWO_RADII else _formula_bounds(problem, radius, name=name)
 
 
-def terms_of(given: Problem, radius: float, name: str) -> Callable[[int, int], FloatArray]:
-    """Return a function of a texel's row and column that gives the story of its samples, (n, 6).
+def term_tracer(problem: Problem, radius: float, name: str) -> Callable[[int, int], FloatArray]:
+    """Return a function of a texel's row and column that gives the trace of its samples, (n, 6).
 
     That is the image point u, v of each, texels, with their errors, -infinity for u's where it has none, and the least
     and the largest term. An estimator that does not sum terms of texels has none: (0, 6). The view is made once.
@@ -68,75 +68,79 @@ def terms_of(given: Problem, radius: float, name: str) -> Callable[[int, int], F
     estimator = find_estimator(name)
     if not estimator.reads_texels:
         return lambda row, column: np.empty((0, 6))
-    seen, view, made = driven(given, radius, name)
-    samples = 0 if hasattr(made, "steps") else len(made.points)
+    seen, view, formulas = driver_arguments(problem, radius, name)
+    samples = 0 if hasattr(formulas, "steps") else len(formulas.points)
 
-    def told(row: int, column: int) -> FloatArray:
-        story, sums = np.zeros((samples, 6)), np.zeros((4, *seen.depth.shape))
-        story[:, 4] = np.inf
+    def trace(row: int, column: int) -> FloatArray:
+        table, sums = np.zeros((samples, 6)), np.zeros((4, *seen.depth.shape))
+        table[:, 4] = np.inf
         if samples:
             texel = row * seen.depth.shape[1] + column
-            bound_sums.compiled(row, row + 1, seen, view, made, *_terms(name, made), sums, texel, story)
-        return story
+            bound_sums.compiled(
+                row, row + 1, seen, view, formulas, *_term_properties(name, formulas), sums, texel, table
+            )
+        return table
 
-    return told
+    return trace
 
 
-def _hidden_volume(given: Problem, radius: float, *, at: Callable[..., Bounds]) -> Bounds:
+def _two_radii_bounds(problem: Problem, radius: float, *, bounds_at: Callable[..., Bounds]) -> Bounds:
     """Bounds of VO, of one radius as ``at`` bounds it, or of two."""
-    first, second = at(given, radius), float(given.options["second"])
+    first, second = bounds_at(problem, radius), float(problem.options["second"])
     if second == 0:
         return first
-    other = at(given, second * radius)
+    other = bounds_at(problem, second * radius)
     merged = merge_bounds([first, other])
-    if given.options["combine"] == "minimum":
+    if problem.options["combine"] == "minimum":
         return merged
-    ends = [np.stack([each.lower, each.upper]).astype(np.float64) for each in (first, other)]
-    lower, upper = union_ends(ends[0], ends[1], given.model)
+    ends = [np.stack([bounds.lower, bounds.upper]).astype(np.float64) for bounds in (first, other)]
+    lower, upper = union_ends(ends[0], ends[1], problem.model)
     return Bounds(up_to_single(lower), down_to_single(upper), merged.undecided)
 
 
-def _hidden_areas(given: Problem, radius: float) -> Bounds | None:
+def _area_bounds(problem: Problem, radius: float) -> Bounds | None:
     """Bounds of ``vo-area``; None on cameras, whose far depths cancel in M2 - M1^2 of float32 until nothing is left."""
-    if given.seen.view.world_to_image.kind == MATRIX:
+    if problem.buffers.view.world_to_image.kind == MATRIX:
         return None
-    return _hidden_volume(given, radius, at=partial(_formulas, name="vo-area"))
+    return _two_radii_bounds(problem, radius, bounds_at=partial(_formula_bounds, name="vo-area"))
 
 
-def driven(given: Problem, radius: float, name: str) -> tuple[Seen, BallView, Any]:
+def driver_arguments(problem: Problem, radius: float, name: str) -> tuple[Seen, BallView, Any]:
     """The view and the formulas of an estimator, as drivers take them."""
     estimator = find_estimator(name)
     assert estimator.formulas is not None
-    options = estimator.options(**given.options)
-    made = distinct(held(estimator.formulas(given.seen, radius, given.points, given.weights, options)))
-    seen = given.surface_of(made, radius, options)
-    return seen, view_of_formulas(given, seen, made, options), made
+    options = estimator.options(**problem.options)
+    formulas = distinct(
+        to_double(estimator.formulas(problem.buffers, radius, problem.points, problem.weights, options))
+    )
+    seen = problem.surface_of(formulas, radius, options)
+    return seen, view_of_formulas(problem, seen, formulas, options), formulas
 
 
-def _terms(name: str, made: Any) -> tuple[float, bool, bool | None]:
+def _term_properties(name: str, formulas: Any) -> tuple[float, bool, bool | None]:
     """The largest term, whether terms jump, and whether places may be in doubt, as of ``bound_sums``."""
-    largest, jumps = _TERMS.get(name, (LIMITLESS, True))
-    return largest, jumps, True if "fork" in type(made).place.__code__.co_names else None
+    largest, jumps = _TERM_PROPERTIES.get(name, (LIMITLESS, True))
+    return largest, jumps, True if "fork" in type(formulas).place.__code__.co_names else None
 
 
-def _formulas(given: Problem, radius: float, *, name: str) -> Bounds:
+def _formula_bounds(problem: Problem, radius: float, *, name: str) -> Bounds:
     """Bounds of an estimator that is written as formulas."""
-    seen, view, made = driven(given, radius, name)
+    seen, view, formulas = driver_arguments(problem, radius, name)
     sums = np.zeros((4, *seen.depth.shape))
-    known = _terms(name, made)
-    if hasattr(made, "steps"):  # of estimators that take them
-        bound_folds(seen, view, made, known[0], sums)
+    properties = _term_properties(name, formulas)
+    if hasattr(formulas, "steps"):  # of estimators that take them
+        bound_folds(seen, view, formulas, properties[0], sums)
     else:
-        bound_sums(seen, view, made, *known, sums, *NO_STORY)
-    end_sums(view, made, sums.reshape(4, -1))
-    lower, upper, doubt, _ = sums
-    there = seen.depth < np.inf
-    lower, upper = np.where(there, lower, 0), np.where(there, upper, 0)
-    return Bounds(up_to_single(lower), down_to_single(upper), doubt.astype(np.int32))
+        bound_sums(seen, view, formulas, *properties, sums, *NO_STORY)
+    end_sums(view, formulas, sums.reshape(4, -1))
+    lower, upper, undecided, _ = sums
+    has_surface = seen.depth < np.inf
+    lower, upper = np.where(has_surface, lower, 0), np.where(has_surface, upper, 0)
+    return Bounds(up_to_single(lower), down_to_single(upper), undecided.astype(np.int32))
 
 
 # The largest term that is known, and whether terms jump where their texels are sure; others may be of any size, and do.
-_TERMS = {
+_TERM_PROPERTIES = {
     "point": (1.0, True),
     "hemisphere": (1.0, True),
     "vo-points": (1.0, True),
@@ -152,10 +156,10 @@ _TERMS = {
 }
 
 # Estimators whose intervals are not those of their formulas at one radius.
-_OF_RADII: dict[str, Callable[[Problem, float], Bounds | None]] = {
+_TWO_RADII: dict[str, Callable[[Problem, float], Bounds | None]] = {
     **{
-        name: partial(_hidden_volume, at=partial(_formulas, name=name))
+        name: partial(_two_radii_bounds, bounds_at=partial(_formula_bounds, name=name))
         for name in ("vo-points", "vo-points-normal", "vo-lines", "vo-lines-normal")
     },
-    "vo-area": _hidden_areas,
+    "vo-area": _area_bounds,
 }

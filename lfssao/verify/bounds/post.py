@@ -11,28 +11,36 @@ from lfssao.ao.post import blur, blur_weights, gaussian_kernel, merge, shade
 from lfssao.core import elementary
 from lfssao.core.balls import SAFETY
 from lfssao.errors import InputError
-from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, check_single, down_to_single, exactly, up_to_single
+from lfssao.verify.bounds.bounds import (
+    Bounds,
+    FloatArray,
+    Texture,
+    check_single,
+    down_to_single,
+    exact_bounds,
+    up_to_single,
+)
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
 
 
 def merge_bounds(layers: Sequence[Bounds]) -> Bounds:
     """Bounds of the maximum over radii, which rounds nothing: that of all lower and of all upper ends (InputError)."""
-    lower, upper = merge([b.lower for b in layers]), merge([b.upper for b in layers])
-    counts = [b.undecided for b in layers if b.undecided is not None]
+    lower, upper = merge([layer.lower for layer in layers]), merge([layer.upper for layer in layers])
+    counts = [layer.undecided for layer in layers if layer.undecided is not None]
     return Bounds(lower, upper, sum(counts[1:], counts[0]) if len(counts) == len(layers) else None)
 
 
-def union_ends(one: FloatArray, other: FloatArray, model: ErrorModel) -> FloatArray:
+def union_ends(first: FloatArray, second: FloatArray, model: ErrorModel) -> FloatArray:
     """Least and largest of a + b (1 - a), or of 1 - (1 - a) (1 - b), (2, H, W), by those of a and of b, (2, H, W) each.
 
     Both are linear in a and in b, so that they are least and largest at ends. They are rounded four times, as numbers
     up to 1, or more where a and b are; of zeros they are zero.
     """
     ends = []
-    for a, b in product(one, other):
-        both = a + b * (1 - a)
-        off = 4 * model.operation * SAFETY * (both > 0) * np.maximum(1, a) * np.maximum(1, b)
-        ends.append((both - off, both + off))
+    for a, b in product(first, second):
+        union = a + b * (1 - a)
+        rounding = 4 * model.operation * SAFETY * (union > 0) * np.maximum(1, a) * np.maximum(1, b)
+        ends.append((union - rounding, union + rounding))
     low, high = zip(*ends, strict=True)
     return np.stack([np.maximum(np.min(low, axis=0), 0), np.max(high, axis=0)])
 
@@ -50,33 +58,35 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
 
     sigma is in texels, and 0 has no passes. InputError if it or the model is wrong.
     """
-    chosen = find_model(model)
+    error_model = find_model(model)
     weights = blur_weights(sigma).astype(np.float64)
-    if chosen.exact:
+    if error_model.exact:
         return Bounds(blur(occlusion.lower, sigma), blur(occlusion.upper, sigma))
     n = len(weights)
-    growth = float(np.cumprod(np.full(n, 1 + chosen.operation))[-1])  # from the first to the last: equal bits anywhere
-    off = weight_errors(sigma, chosen) if n > 1 else np.zeros(1)
-    room = ((weights + off) * growth - weights) * SAFETY + chosen.smallest * (off > 0)  # small weights may be flushed
-    lower, upper = _turned(occlusion.lower.astype(np.float64), occlusion.upper.astype(np.float64), chosen)
-    for run in (post_kernels.blur_horizontal, post_kernels.blur_vertical) if n > 1 else ():
-        below, above, error = np.empty_like(lower), np.empty_like(lower), np.empty_like(lower)
-        run(lower, weights, below)
-        run(upper, weights, above)
-        run(_size(lower, upper), room, error)
-        error += (2 * n + 2) * chosen.smallest
-        lower, upper = below - error, above + error
-    lower, upper = _turned(lower, upper, chosen)
+    # The product goes from the first to the last: equal bits anywhere.
+    sum_factor = float(np.cumprod(np.full(n, 1 + error_model.operation))[-1])
+    errors = weight_errors(sigma, error_model) if n > 1 else np.zeros(1)
+    flushed = error_model.smallest * (errors > 0)  # small weights may be flushed
+    margin = ((weights + errors) * sum_factor - weights) * SAFETY + flushed
+    lower, upper = _complement_ends(occlusion.lower.astype(np.float64), occlusion.upper.astype(np.float64), error_model)
+    for blur_pass in (post_kernels.blur_horizontal, post_kernels.blur_vertical) if n > 1 else ():
+        low, high, error = np.empty_like(lower), np.empty_like(lower), np.empty_like(lower)
+        blur_pass(lower, weights, low)
+        blur_pass(upper, weights, high)
+        blur_pass(_largest_size(lower, upper), margin, error)
+        error += (2 * n + 2) * error_model.smallest
+        lower, upper = low - error, high + error
+    lower, upper = _complement_ends(lower, upper, error_model)
     return Bounds(up_to_single(lower), down_to_single(upper))
 
 
-def _turned(lower: FloatArray, upper: FloatArray, model: ErrorModel) -> tuple[FloatArray, FloatArray]:
+def _complement_ends(lower: FloatArray, upper: FloatArray, model: ErrorModel) -> tuple[FloatArray, FloatArray]:
     """Ends between which a value is that was subtracted from 1, in float32."""
-    error = _size(lower, upper) * (model.operation * SAFETY) + model.smallest
+    error = _largest_size(lower, upper) * (model.operation * SAFETY) + model.smallest
     return lower - error, upper + error
 
 
-def _size(lower: FloatArray, upper: FloatArray) -> FloatArray:
+def _largest_size(lower: FloatArray, upper: FloatArray) -> FloatArray:
     """The largest size of an occlusion and of its visibility."""
     return np.maximum(np.maximum(np.abs(lower), np.abs(upper)), np.maximum(np.abs(1 - lower), np.abs(1 - upper)))
 
@@ -94,13 +104,13 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
     radius = len(weights) // 2
     x = 0.5 * (np.arange(-radius, radius + 1) / sigma) ** 2
     x = np.where(weights > 0, x, 0.0)  # where exp is 0 in float64 no error makes more of it
-    argument = x * (2 * model.quotient + 6 * r)
+    argument_error = x * (2 * model.quotient + 6 * r)
     constant, slope = model.exponential
-    own = (1 + constant + slope * x) * np.array([elementary.exp(a) for a in argument], np.float64) - 1
+    exp_error = (1 + constant + slope * x) * np.array([elementary.exp(a) for a in argument_error], np.float64) - 1
     # The total is off by the mean of its terms' errors, and by its sums.
-    total = float(np.cumsum(weights * own)[-1]) + (2 * radius) * r * (1 + 2 * radius * r)
-    made = (1 + own) * (1 + total / (1 - total)) * (1 + model.quotient) - 1
-    return np.abs(weights - blur_weights(sigma)) + weights * made
+    total = float(np.cumsum(weights * exp_error)[-1]) + (2 * radius) * r * (1 + 2 * radius * r)
+    relative_error = (1 + exp_error) * (1 + total / (1 - total)) * (1 + model.quotient) - 1
+    return np.abs(weights - blur_weights(sigma)) + weights * relative_error
 
 
 def shade_bounds(rgb: Texture | Bounds, occlusion: Bounds, model: str | ErrorModel = "shader") -> Bounds:
@@ -111,20 +121,22 @@ def shade_bounds(rgb: Texture | Bounds, occlusion: Bounds, model: str | ErrorMod
     r abs(rgb) (abs(ao) + 2 abs(1 - ao)) (1 + r). The least of the product less this error, which is concave in either
     factor, is at ends of both; so is the largest.
     """
-    chosen, shown = find_model(model), rgb if isinstance(rgb, Bounds) else exactly(rgb)
-    if chosen.exact:
-        ends = [shade(*end) for end in product((shown.lower, shown.upper), (occlusion.lower, occlusion.upper))]
+    error_model, image_bounds = find_model(model), rgb if isinstance(rgb, Bounds) else exact_bounds(rgb)
+    if error_model.exact:
+        ends = [
+            shade(*end) for end in product((image_bounds.lower, image_bounds.upper), (occlusion.lower, occlusion.upper))
+        ]
         return Bounds(np.min(ends, axis=0), np.max(ends, axis=0))
-    check_single("rgb", shown.lower, 3)
-    if shown.lower.shape != (*occlusion.lower.shape, 3):
-        raise InputError(f"rgb has shape {shown.lower.shape}, expected {(*occlusion.lower.shape, 3)}")
-    r = chosen.operation
+    check_single("rgb", image_bounds.lower, 3)
+    if image_bounds.lower.shape != (*occlusion.lower.shape, 3):
+        raise InputError(f"rgb has shape {image_bounds.lower.shape}, expected {(*occlusion.lower.shape, 3)}")
+    r = error_model.operation
     low: Any = np.inf
     high: Any = -np.inf
-    for color, ao in product(_ends(shown), _ends(occlusion)):
+    for color, ao in product(_ends(image_bounds), _ends(occlusion)):
         c, a = color.astype(np.float64), ao.astype(np.float64)[..., None]
         exact = c * (1 - a)
-        error = np.abs(c) * (np.abs(a) + 2 * np.abs(1 - a)) * (r * (1 + 4 * r)) + 4 * chosen.smallest * (c != 0)
+        error = np.abs(c) * (np.abs(a) + 2 * np.abs(1 - a)) * (r * (1 + 4 * r)) + 4 * error_model.smallest * (c != 0)
         low, high = np.minimum(low, exact - error), np.maximum(high, exact + error)
     return Bounds(up_to_single(low), down_to_single(high))
 

@@ -17,7 +17,7 @@ from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.kernels.ball_view import BallLevels, BallView
 from lfssao.verify.bounds.kernels.moment_balls import BallPyramid
 from lfssao.verify.bounds.kernels.seen import CAST, IMAGE, NOTHING, Seen
-from lfssao.verify.bounds.ssao import image_depth, seen_by, single, with_depths
+from lfssao.verify.bounds.ssao import checked_view, image_depth, rounded_to_single, with_depth_ends
 
 Options = Mapping[str, Value]
 Weights = NDArray[np.floating[Any]] | None
@@ -27,7 +27,7 @@ Ends = tuple[FloatArray, FloatArray]
 class Problem(NamedTuple):
     """The arguments of ``point_bounds``, checked, but for the radius."""
 
-    seen: Buffers  # float32
+    buffers: Buffers  # float32
     points: FloatArray
     weights: Weights
     options: Options
@@ -35,40 +35,40 @@ class Problem(NamedTuple):
 
     def surface(self, radius: float, directions: bool = True, kind: int = CAST) -> Seen:
         """The view as kernels take it, with depths of that kind (``with_depths``)."""
-        seen, view = self.seen, self.seen.view
-        depth, room = image_depth(view, seen.depth, self.model)
-        turns = None if seen.turns is None else seen.turns[:2]
-        made = seen_by(depth, seen.positions, view.world_to_image, radius, None, turns, room)
-        made = made._replace(
-            normals=NOTHING if seen.normals is None else np.ascontiguousarray(seen.normals),
-            directions=np.ascontiguousarray(seen.directions) if directions else NOTHING,
-            axis=single(view.cast_from_world[2]),
+        buffers, view = self.buffers, self.buffers.view
+        depth, depth_error = image_depth(view, buffers.depth, self.model)
+        turns = None if buffers.turns is None else buffers.turns[:2]
+        surface = checked_view(depth, buffers.positions, view.world_to_image, radius, None, turns, depth_error)
+        surface = surface._replace(
+            normals=NOTHING if buffers.normals is None else np.ascontiguousarray(buffers.normals),
+            directions=np.ascontiguousarray(buffers.directions) if directions else NOTHING,
+            axis=rounded_to_single(view.cast_from_world[2]),
         )
-        return with_depths(made, self.model, kind)
+        return with_depth_ends(surface, self.model, kind)
 
     def surface_of(self, formulas: Any, radius: float, options: estimator.Options) -> Seen:
         """The view as kernels take it, with the depths that an estimator's formulas compare."""
         kind, cleared = IMAGE if "image_z" in words_of(formulas) else CAST, cleared_z(options)
-        made = self._replace(seen=with_cleared(self.seen, cleared)).surface(radius, kind=kind)
-        made = made._replace(depth=np.ascontiguousarray(self.seen.depth))
+        surface = self._replace(buffers=with_cleared(self.buffers, cleared)).surface(radius, kind=kind)
+        surface = surface._replace(depth=np.ascontiguousarray(self.buffers.depth))
         if cleared is not None and kind == CAST:
-            for ends in (made.low, made.high):
-                ends[~(made.depth < np.inf)] = cleared
-        return made
+            for ends in (surface.low, surface.high):
+                ends[~(surface.depth < np.inf)] = cleared
+        return surface
 
 
 def ball_view(
     buffers: Buffers, seen: Seen, model: ErrorModel, words: Container[str], options: estimator.Options
 ) -> BallView:
     """Return a view's textures and mapping as formulas of balls that name these words read them."""
-    made = float_view(buffers, words, options)
-    floats, behind = held(made), made.depth.size - seen.depth.size
-    background = np.full(behind, np.inf) if made.surfaces is None else made.surfaces[seen.depth.size :]
-    same = "kind", "rows", "lens", "axes", "width", "divides", "look", "third"
+    floats = float_view(buffers, words, options)
+    numbers, extra = to_double(floats), floats.depth.size - seen.depth.size
+    background = np.full(extra, np.inf) if floats.surfaces is None else floats.surfaces[seen.depth.size :]
+    shared = "kind", "rows", "lens", "axes", "width", "divides", "look", "third"
     return BallView(
-        **{name: getattr(floats, name) for name in same},
-        depth=made.depth,
-        positions=made.positions,
+        **{name: getattr(numbers, name) for name in shared},
+        depth=floats.depth,
+        positions=floats.positions,
         normals=seen.normals.ravel(),
         directions=seen.directions.ravel(),
         turns=turns_of(buffers),
@@ -76,35 +76,35 @@ def ball_view(
         high=np.append(seen.high, background),
         by=model.errors,
         turned=buffers.turns is not None,
-        rays=None if made.rays is None else held(made.rays),
-        remade=made.rays is not None and buffers.view.screen_to_world is not None,
+        rays=None if floats.rays is None else to_double(floats.rays),
+        remade=floats.rays is not None and buffers.view.screen_to_world is not None,
     )
 
 
-def view_of_formulas(given: Problem, seen: Seen, formulas: Any, options: estimator.Options) -> BallView:
+def view_of_formulas(problem: Problem, seen: Seen, formulas: Any, options: estimator.Options) -> BallView:
     """Return a view as the formulas of an estimator read it, filtered where they ask for moments."""
     words = words_of(formulas)
-    view = ball_view(given.seen, seen, given.model, words, options)
+    view = ball_view(problem.buffers, seen, problem.model, words, options)
     if "coarse_z" in words:
         low, high = (levels_of_z(end, options) for end in (seen.low, seen.high))
         view = view._replace(levels=BallLevels(low.z, high.z, low.first))
     if "moments" not in words:
         return view
-    return view._replace(moments_of=moment_balls(seen, bool(given.options["prefilter"]), given.model))
+    return view._replace(moments_of=moment_balls(seen, bool(problem.options["prefilter"]), problem.model))
 
 
 def moment_balls(seen: Seen, prefilter: bool, model: ErrorModel) -> BallPyramid:
     """Return the moments of a view's depth, between the least and the largest of each surface."""
-    there = seen.depth < np.inf
-    low, high = (np.where(there, end, 0.0) for end in (seen.low, seen.high))
-    z, off = 0.5 * (low + high), 0.5 * (high - low)
+    has_surface = seen.depth < np.inf
+    low, high = (np.where(has_surface, end, 0.0) for end in (seen.low, seen.high))
+    z, error = 0.5 * (low + high), 0.5 * (high - low)
     size = np.abs(z)
-    off_square = (2 * size + off) * off + 2 * model.operation * size * size
-    values = filtered(np.stack([there.astype(np.float64), z, z * z], axis=-1), prefilter)
-    errors = filtered(np.stack([size, off, off_square], axis=-1), prefilter)
+    square_error = (2 * size + error) * error + 2 * model.operation * size * size
+    values = filtered(np.stack([has_surface.astype(np.float64), z, z * z], axis=-1), prefilter)
+    errors = filtered(np.stack([size, error, square_error], axis=-1), prefilter)
     return BallPyramid(values, errors, 18.0 if prefilter else 4.0)
 
 
-def held(samples: Any) -> Any:
+def to_double(numbers: Any) -> Any:
     """A tuple of float32 numbers and arrays, held as float64; whole numbers stay."""
-    return type(samples)(*(np.float64(x) if isinstance(x, np.ndarray | np.floating) else x for x in samples))
+    return type(numbers)(*(np.float64(x) if isinstance(x, np.ndarray | np.floating) else x for x in numbers))

@@ -4,7 +4,7 @@ from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 
 # Estimators with kernels of their own: the file of this folder whose function of the file's name makes their bounds.
 # ``points`` imports it when it is asked for: most comparisons need none.
-BOUNDED = {
+BOUNDS_FILES = {
     "multiresolution": "multiresolution",
     "lf-neighbours": "neighbours",
     "sao": "sao",
@@ -14,4 +14,4 @@ BOUNDED = {
 
 def has_bounds(name: str) -> bool:
     """Whether intervals of an estimator other than ``lf`` are known: of all that are written as formulas."""
-    return name in BOUNDED or (name in ESTIMATORS and find_estimator(name).formulas is not None)
+    return name in BOUNDS_FILES or (name in ESTIMATORS and find_estimator(name).formulas is not None)

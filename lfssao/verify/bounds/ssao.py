@@ -32,7 +32,7 @@ def ao_bounds(
     model: str | ErrorModel = "shader",
     screen_to_world: Matrix | None = None,
     turns: Texture | None = None,
-    room: float = 0.0,
+    depth_error: float = 0.0,
 ) -> Bounds:
     """Bounds of LF's Algorithm 2, or of Algorithm 1 with ``screen_to_world``: k_lo / n to k_hi / n as they may round.
 
@@ -41,62 +41,63 @@ def ao_bounds(
     rounded to float32, and the turns as they are; positions are not read by Algorithm 1. InputError if a shape, a
     dtype, the radius or the model is wrong.
     """
-    chosen = find_model(model)
+    error_model = find_model(model)
     points = sample_points(samples, radius)
-    seen = seen_by(depth, positions, world_to_image, radius, screen_to_world, turns, room)
-    if chosen.exact:
+    seen = checked_view(depth, positions, world_to_image, radius, screen_to_world, turns, depth_error)
+    if error_model.exact:
         if screen_to_world is None:
-            made = algorithm2(depth, seen.positions, world_to_image, samples, radius, turns)
+            exact = algorithm2(depth, seen.positions, world_to_image, samples, radius, turns)
         else:
-            forth = world_to_image.numbers.reshape(4, 4)
-            made = algorithm1(depth, screen_to_world, forth, samples, radius, turns)
-        return Bounds(made.texture, made.texture, np.zeros(depth.shape, np.int32))
-    return counted(with_depths(seen, chosen), points, fraction_bounds(len(samples), chosen), chosen)
+            world_to_screen = world_to_image.numbers.reshape(4, 4)
+            exact = algorithm1(depth, screen_to_world, world_to_screen, samples, radius, turns)
+        return Bounds(exact.texture, exact.texture, np.zeros(depth.shape, np.int32))
+    fractions = fraction_bounds(len(samples), error_model)
+    return count_bounds(with_depth_ends(seen, error_model), points, fractions, error_model)
 
 
-def counted(seen: Seen, points: Points, fractions: tuple[Texture, Texture], model: ErrorModel) -> Bounds:
+def count_bounds(seen: Seen, points: Points, fractions: tuple[Texture, Texture], model: ErrorModel) -> Bounds:
     """Bounds of occlusion by counts of hidden samples, from those of each count."""
     fewest, most = np.empty(seen.depth.shape, np.int32), np.empty(seen.depth.shape, np.int32)
     count_hidden(seen, points, model.errors, fewest, most)
     return Bounds(fractions[0][fewest], fractions[1][most], most - fewest)
 
 
-def seen_by(
+def checked_view(
     depth: Texture,
     positions: Texture | None,
     world_to_image: WorldToImage,
     radius: float,
     screen_to_world: Matrix | None = None,
     turns: Texture | None = None,
-    room: float = 0.0,
+    depth_error: float = 0.0,
 ) -> Seen:
     """The arguments of ``ao_bounds``, checked as there and rounded as a renderer's are."""
     check_single("depth", depth, 2)
     check_turns(turns, depth)
     check_radius(radius)
-    back, places = np.empty(0), NOTHING
+    inverse, world_positions = np.empty(0), NOTHING
     if screen_to_world is not None:
         if np.shape(screen_to_world) != (4, 4):
             raise InputError(f"screen_to_world has shape {np.shape(screen_to_world)}, expected (4, 4)")
         if world_to_image.kind != MATRIX:
             raise InputError("Algorithm 1 needs a mapping that is a matrix")
-        back = single(screen_to_world).ravel()
+        inverse = rounded_to_single(screen_to_world).ravel()
     elif positions is None:
         raise InputError("Algorithm 2 reads positions, and there are none")
     else:
-        places = np.ascontiguousarray(positions)
-        check_single("positions", places, 3)
-        if places.shape != (*depth.shape, 3):
-            raise InputError(f"positions have shape {places.shape}, expected {(*depth.shape, 3)}")
+        world_positions = np.ascontiguousarray(positions)
+        check_single("positions", world_positions, 3)
+        if world_positions.shape != (*depth.shape, 3):
+            raise InputError(f"positions have shape {world_positions.shape}, expected {(*depth.shape, 3)}")
     return Seen(
         depth=np.ascontiguousarray(depth),
-        positions=places,
+        positions=world_positions,
         turns=np.empty((2, 0, 0), np.float32) if turns is None else np.ascontiguousarray(turns),
-        back=back,
+        back=inverse,
         kind=world_to_image.kind,
-        numbers=single(world_to_image.numbers),
+        numbers=rounded_to_single(world_to_image.numbers),
         radius=float(radius),
-        room=float(room),
+        room=float(depth_error),
     )
 
 
@@ -118,7 +119,7 @@ def image_depth(view: View, depth: Texture, model: ErrorModel) -> tuple[Texture,
     return image, 0.0 if image is depth or model.exact else distance_error(model) + model.quotient + 2.0**-24
 
 
-def with_depths(seen: Seen, model: ErrorModel, kind: int = IMAGE) -> Seen:
+def with_depth_ends(seen: Seen, model: ErrorModel, kind: int = IMAGE) -> Seen:
     """The same with the depths of surfaces, as ``write_depths`` makes them."""
     low, high = np.empty(seen.depth.shape), np.empty(seen.depth.shape)
     write_depths(seen, kind, model.errors, low, high)
@@ -130,29 +131,30 @@ def sample_points(samples: NDArray[np.floating[Any]], radius: float) -> Points:
     offsets = np.asarray(scaled_offsets(samples, radius, np.dtype(np.float64)), np.float64)
     table = np.asarray(samples, np.float64)
     with np.errstate(over="ignore"):  # what float32 cannot hold is not exact
-        exact = (single(radius) == radius) & (single(table) == table) & (single(offsets) == offsets)
+        exact = rounded_to_single(radius) == radius
+        exact = exact & (rounded_to_single(table) == table) & (rounded_to_single(offsets) == offsets)
     for factor in (np.float64(radius), table):
         exact &= (factor == 0) | (np.abs(factor) >= 2.0**-126)  # else it may be flushed
     return Points(offsets, exact.all(axis=1))
 
 
 def project_positions(
-    positions: FloatArray, allowance: FloatArray, world_to_image: WorldToImage, model: ErrorModel
+    positions: FloatArray, coordinate_error: FloatArray, world_to_image: WorldToImage, model: ErrorModel
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """Image points of positions (..., 3), their errors, and whether they lie in the mapping's domain for sure.
 
-    ``allowance`` (..., 3) is how far each coordinate is off by itself; the model is not an exact one. The error of u is
-    minus infinity for a position that is outside the domain for sure.
+    ``coordinate_error`` (..., 3) is how far each coordinate is off by itself; the model is not an exact one. The error
+    of u is minus infinity for a position that is outside the domain for sure.
     """
     shape = positions.shape
-    points, off = positions.reshape(-1, 3), allowance.reshape(-1, 3)
-    image, error, sure = np.empty_like(points), np.empty_like(points), np.empty(len(points), np.bool_)
-    kind, numbers = world_to_image.kind, single(world_to_image.numbers)
-    map_positions(points, off, kind, numbers, model.errors, image, error, sure)
-    return image.reshape(shape), error.reshape(shape), sure.reshape(shape[:-1])
+    points, errors = positions.reshape(-1, 3), coordinate_error.reshape(-1, 3)
+    image, error, certain = np.empty_like(points), np.empty_like(points), np.empty(len(points), np.bool_)
+    kind, numbers = world_to_image.kind, rounded_to_single(world_to_image.numbers)
+    map_positions(points, errors, kind, numbers, model.errors, image, error, certain)
+    return image.reshape(shape), error.reshape(shape), certain.reshape(shape[:-1])
 
 
-def single(numbers: Any) -> FloatArray:
+def rounded_to_single(numbers: Any) -> FloatArray:
     """Numbers as a renderer has them: rounded to float32, held as float64."""
     return np.asarray(numbers).astype(np.float32, order="C").astype(np.float64)
 
@@ -164,7 +166,7 @@ def fraction_bounds(n: int, model: ErrorModel) -> tuple[Texture, Texture]:
     k - 1 of the sum. 0 is exact. The model is not an exact one.
     """
     k = np.arange(n + 1)
-    relative = model.quotient + k * model.operation * (1 + k * model.operation)
+    relative_error = model.quotient + k * model.operation * (1 + k * model.operation)
     fraction = k / n
-    low, high = fraction * (1 - relative * SAFETY), fraction * (1 + relative * SAFETY)
+    low, high = fraction * (1 - relative_error * SAFETY), fraction * (1 + relative_error * SAFETY)
     return up_to_single(low), down_to_single(high)

@@ -5,7 +5,7 @@ are stored as well, and it widens by half a step of the format at most. A depth 
 largest code, to which depth buffers are cleared, is no surface. Distances along a camera's axis are a depth, too.
 
 The next pass may read the texture, or have its numbers in registers, from before they were stored, and shared memory
-may hold some of each: ``either`` has both.
+may hold some of each: ``before_or_after`` has both.
 """
 
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ FORMATS: dict[str, tuple[type[np.generic], int, float]] = {
 
 
 @dataclass(frozen=True)
-class Stored:
+class TextureFormat:
     """How a renderer stores a texture: its format, whether it is 1 - occlusion, a depth, or distances."""
 
     format: str
@@ -49,13 +49,13 @@ class Stored:
         with np.errstate(invalid="ignore"):  # of a NaN that signals
             values = codes.astype(np.float64) / (largest if largest and codes.dtype.kind == "u" else 1)
         single = to_linear(codes) if self.format == "srgb8" and codes.dtype == np.uint8 else values.astype(np.float32)
-        single = self._cleared(single)
+        single = self._with_infinity(single)
         return np.float32(1) - single if self.visibility else single
 
-    def again(self, texture: Texture) -> Texture:
+    def round_trip(self, texture: Texture) -> Texture:
         """The values that are read of a texture, float32, after it was stored."""
-        wide = texture.astype(np.float64)
-        single = self._nearest(1 - wide if self.visibility else wide).astype(np.float32)
+        values = texture.astype(np.float64)
+        single = self._nearest(1 - values if self.visibility else values).astype(np.float32)
         return np.float32(1) - single if self.visibility else single
 
     def bounds(self, bounds: Bounds, model: ErrorModel) -> Bounds:
@@ -64,7 +64,7 @@ class Stored:
         ranges = None if bounds.ranges is None else self.ends(*bounds.ranges, model)
         return replace(bounds, lower=lower, upper=upper, ranges=ranges)
 
-    def either(self, bounds: Bounds, model: ErrorModel, read: Texture | None = None) -> Bounds:
+    def before_or_after(self, bounds: Bounds, model: ErrorModel, read: Texture | None = None) -> Bounds:
         """Bounds of values before or after storing: of all within bounds, or of those alone of which ``read`` was read.
 
         Values are wrong before they are stored if none within bounds is stored as what is read. Then all that are
@@ -74,30 +74,31 @@ class Stored:
         if read is None:
             low, high = self.ends(lower, upper, model)
         else:
-            low, high = self._before(read, model)
-            none = np.maximum(lower, low) > np.minimum(upper, high)
-            lower = np.where(none, np.where(np.isfinite(low), low, read), np.maximum(lower, low))
-            upper = np.where(none, np.where(np.isfinite(high), high, read), np.minimum(upper, high))
+            low, high = self._stored_from(read, model)
+            disjoint = np.maximum(lower, low) > np.minimum(upper, high)
+            lower = np.where(disjoint, np.where(np.isfinite(low), low, read), np.maximum(lower, low))
+            upper = np.where(disjoint, np.where(np.isfinite(high), high, read), np.minimum(upper, high))
             low = high = read
         return Bounds(np.minimum(lower, low), np.maximum(upper, high))
 
-    def _before(self, read: Texture, model: ErrorModel) -> tuple[Texture, Texture]:
+    def _stored_from(self, read: Texture, model: ErrorModel) -> tuple[Texture, Texture]:
         """Smallest and largest values that may be stored as what is read, infinite at the ends of the format's range.
 
         That is ``ends`` backwards: a value is moved by its conversion and then rounded. 1 - what is read is off by the
         rounding of a float32 number near 1.
         """
-        values, room = read.astype(np.float64), FORMATS[self.format][2]
+        values, conversion_error = read.astype(np.float64), FORMATS[self.format][2]
         if self.visibility:
-            values, room = 1 - values, room + (0.0 if model.exact else model.quotient)
+            values, conversion_error = 1 - values, conversion_error + (0.0 if model.exact else model.quotient)
         low, high = (
-            _moved(end, sign * room * (1 + room)) for end, sign in zip(self._edges(values), (-1, 1), strict=True)
+            _widened(end, sign * conversion_error * (1 + conversion_error))
+            for end, sign in zip(self._rounding_interval(values), (-1, 1), strict=True)
         )
         if self.visibility:
             low, high = 1 - high - 2.0**-24, 1 - low + 2.0**-24
         return up_to_single(low), down_to_single(high)
 
-    def _edges(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _rounding_interval(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The ends between which a value has the same nearest number of the format."""
         _, largest, _ = FORMATS[self.format]
         if self.format == "float":
@@ -111,7 +112,7 @@ class Stored:
             return np.where(code > 0, low, -np.inf), np.where(code < largest, high, np.inf)
         with np.errstate(over="ignore"):
             nearest = values.astype(np.float16)
-            ends = [np.nextafter(nearest, np.float16(way)).astype(np.float64) for way in (-np.inf, np.inf)]
+            ends = [np.nextafter(nearest, np.float16(direction)).astype(np.float64) for direction in (-np.inf, np.inf)]
         low, high = (
             0.5 * (np.clip(end, -65536, 65536) + np.clip(nearest.astype(np.float64), -65536, 65536)) for end in ends
         )
@@ -133,13 +134,15 @@ class Stored:
         self, lower: NDArray[Any], upper: NDArray[Any], model: ErrorModel, floor: bool = False
     ) -> tuple[Texture, Texture]:
         """Smallest and largest of what is read of values between two, of any shape; ``floor`` cuts codes."""
-        low, high, room = lower.astype(np.float64), upper.astype(np.float64), FORMATS[self.format][2]
-        turned = 0.0 if model.exact or not self.visibility else model.quotient  # a subtraction, or (N - k) / N
+        low, high, conversion_error = lower.astype(np.float64), upper.astype(np.float64), FORMATS[self.format][2]
+        # Visibility is made by a subtraction, or as (N - k) / N.
+        complement_error = 0.0 if model.exact or not self.visibility else model.quotient
         low, high = (1 - high, 1 - low) if self.visibility else (low, high)
-        low, high = (
-            _moved(self._nearest(_moved(end, sign * (room + turned)), floor), sign * room)
-            for end, sign in ((low, -1), (high, 1))
-        )
+        ends = []
+        for end, sign in ((low, -1), (high, 1)):
+            code = self._nearest(_widened(end, sign * (conversion_error + complement_error)), floor)
+            ends.append(_widened(code, sign * conversion_error))
+        low, high = ends
         low, high = (1 - high, 1 - low) if self.visibility else (low, high)
         return low.astype(np.float32), high.astype(np.float32)
 
@@ -149,16 +152,16 @@ class Stored:
             return to_linear(to_codes(values)).astype(np.float64)
         if largest:
             return np.asarray(
-                self._cleared((np.floor if floor else np.rint)(np.clip(values, 0, 1) * largest) / largest)
+                self._with_infinity((np.floor if floor else np.rint)(np.clip(values, 0, 1) * largest) / largest)
             )
         with np.errstate(over="ignore"):  # beyond the largest number is infinity
             return values.astype(dtype).astype(np.float64)
 
-    def _cleared(self, values: NDArray[Any]) -> NDArray[Any]:
-        far = self.depth and FORMATS[self.format][1] > 0
-        return np.where(values >= 1, values.dtype.type(np.inf), values) if far else values
+    def _with_infinity(self, values: NDArray[Any]) -> NDArray[Any]:
+        clears = self.depth and FORMATS[self.format][1] > 0
+        return np.where(values >= 1, values.dtype.type(np.inf), values) if clears else values
 
 
-def _moved(values: FloatArray, by: float) -> FloatArray:
+def _widened(values: FloatArray, share: float) -> FloatArray:
     """Finite values, more by a part of their size."""
-    return values + by * np.abs(values, where=np.isfinite(values), out=np.zeros_like(values))
+    return values + share * np.abs(values, where=np.isfinite(values), out=np.zeros_like(values))

@@ -1,7 +1,7 @@
 """Bounds of the textures of a view, each made of what the renderer itself made before it.
 
 Bounds of depth and colour come from the mesh. Without it the reference's textures stand in for it, and
-``depth.stray_limit`` texels may leave these bounds. The next pass may be made of a texture before or after it is
+``depth.outlier_limit`` texels may leave these bounds. The next pass may be made of a texture before or after it is
 ``stored`` in a format. The blur with a guard band reads texels that merged lacks: these are bounded from depth on, or
 unknown where the renderer's own merged texture leaves such bounds.
 """
@@ -12,14 +12,14 @@ from functools import cache
 
 import numpy as np
 
-from lfssao.verify.bounds.bounds import Bounds, Texture, exactly
-from lfssao.verify.bounds.depth import PositionBounds, color_bounds_of, depth_bounds_of
+from lfssao.verify.bounds.bounds import Bounds, Texture, exact_bounds
+from lfssao.verify.bounds.depth import PositionBounds, texture_color_bounds, texture_depth_bounds
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.post import blur_bounds, merge_bounds, shade_bounds
 from lfssao.verify.bounds.problem import Problem
 from lfssao.verify.bounds.registry import has_bounds
 from lfssao.verify.bounds.ssao import ao_bounds, image_depth
-from lfssao.verify.bounds.stored import Stored
+from lfssao.verify.bounds.stored import TextureFormat
 from lfssao.verify.case import (
     Arrays,
     Parameters,
@@ -36,22 +36,22 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
     """Bounds of occlusion of radius R by the parameters' estimator, guard band included; None where none are known."""
     mapping, name = described_mapping(parameters), parameters.get("estimator", "lf")
     depth, positions = inputs.get("depth"), inputs.get("positions")
-    back = parameters.get("screen_to_world")
-    if depth is None or (positions is None and back is None):
+    inverse = parameters.get("screen_to_world")
+    if depth is None or (positions is None and inverse is None):
         return None
     if name == "lf":
         turns = described_turns(parameters, inputs)
-        room, back = 0.0, None if back is None else np.array(back)
+        depth_error, inverse = 0.0, None if inverse is None else np.array(inverse)
         if "view" in parameters:
-            depth, room = image_depth(described_view(parameters), depth, model)
-        return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, back, turns, room)
+            depth, depth_error = image_depth(described_view(parameters), depth, model)
+        return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, inverse, turns, depth_error)
     unknown = positions is None or described_neighbours(parameters, inputs) is None
     if unknown or not has_bounds(name) or model.exact:
         return None
     from lfssao.verify.bounds.points import point_bounds  # late: ``lf`` has bounds of its own
 
-    given = described_problem(parameters, inputs, radius, model)
-    return point_bounds(name, given.seen, radius, inputs.get("points"), given.weights, given.options, model)
+    problem = described_problem(parameters, inputs, radius, model)
+    return point_bounds(name, problem.buffers, radius, inputs.get("points"), problem.weights, problem.options, model)
 
 
 def bent_normal_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
@@ -84,100 +84,103 @@ class ViewBounds:
         parameters: Parameters,
         inputs: Arrays,
         model: ErrorModel,
-        own: Arrays | None = None,
-        right: Arrays | None = None,
-        mesh: Mapping[str, Bounds] | None = None,
-        stored: Mapping[str, Stored] | None = None,
+        rendered: Arrays | None = None,
+        reference: Arrays | None = None,
+        mesh_bounds: Mapping[str, Bounds] | None = None,
+        formats: Mapping[str, TextureFormat] | None = None,
     ) -> None:
         self._parameters, self._inputs, self._model = parameters, inputs, model
-        self._own, self._right, self._stored = own or {}, right or {}, stored or {}
-        self._mesh = {} if mesh is None else mesh  # its length would cast all rays
+        self._rendered, self._reference, self._formats = rendered or {}, reference or {}, formats or {}
+        self._mesh_bounds = {} if mesh_bounds is None else mesh_bounds  # its length would cast all rays
         self._guard = int(parameters["guard"])
         radii = dict(enumerate(parameters["radii"], start=1))
         self._radii = {f"ao_{k}": radius for k, radius in radii.items()}
         self._bent = {f"bent_{k}": radius for k, radius in radii.items()}
         # Occlusion of one radius, by the layer's name, guard band included.
-        self._layer = cache(lambda name: occlusion_bounds(parameters, inputs, self._radii[name], model))
+        self._layer_bounds = cache(lambda name: occlusion_bounds(parameters, inputs, self._radii[name], model))
 
     def find(self, name: str) -> Bounds | PositionBounds | None:
         """Bounds of a texture; None where only equal values are right. InputError if parameters do not fit textures."""
         if name == "depth":
-            return self._mesh.get(name) or depth_bounds_of(self._right[name], self._model)
+            return self._mesh_bounds.get(name) or texture_depth_bounds(self._reference[name], self._model)
         if name == "color":
-            return self._mesh.get(name) or color_bounds_of(self._right[name], self._right.get("depth"), self._model)
+            depth = self._reference.get("depth")
+            return self._mesh_bounds.get(name) or texture_color_bounds(self._reference[name], depth, self._model)
         if name != "positions":
             return self._stage(name)
         if self._model.exact:
-            return exactly(self._right[name])
+            return exact_bounds(self._reference[name])
         depth = self._inputs.get("depth")
         if depth is None:
             return None
-        off = self._stored["depth"].half_steps(depth) if "depth" in self._stored else 0.0
+        depth_error = self._formats["depth"].half_steps(depth) if "depth" in self._formats else 0.0
         image = described_view(self._parameters).image_z(depth)
-        off = off + self._parameters.get("distance_off", 0.0)
-        off = off if image is depth else off * image.astype(np.float64) ** 2  # as -1 / depth changes
-        return PositionBounds(described_mapping(self._parameters), image, self._model, off=off)
+        depth_error = depth_error + self._parameters.get("distance_off", 0.0)
+        if image is not depth:
+            depth_error = depth_error * image.astype(np.float64) ** 2  # as -1 / depth changes
+        return PositionBounds(described_mapping(self._parameters), image, self._model, depth_error=depth_error)
 
     def _stage(self, name: str) -> Bounds | None:
         """Bounds of a texture of the later passes."""
         if name in self._radii:
-            layer = self._layer(name)
+            layer = self._layer_bounds(name)
             return None if layer is None else layer.crop(self._guard)
         if name in self._bent:
             bent = bent_normal_bounds(self._parameters, self._inputs, self._bent[name], self._model)
             return None if bent is None else bent.crop(self._guard)
         if name == "merged":
-            return _merged([self._made(layer) for layer in self._radii])
+            return _merged([self._input_bounds(layer) for layer in self._radii])
         if name == "blurred":
             return self._blurred()
-        blurred, image = self._made("blurred") if name == "shaded" else None, self._inputs.get("image")
+        blurred, image = self._input_bounds("blurred") if name == "shaded" else None, self._inputs.get("image")
         if blurred is None or image is None:
             return None
-        shown, color = exactly(image), self.find("color") if "color" in self._stored else None
+        image_bounds, color = exact_bounds(image), self.find("color") if "color" in self._formats else None
         if isinstance(color, Bounds):
-            shown = self._stored["color"].either(color, self._model, image)
-        return shade_bounds(shown.crop(self._guard), blurred, self._model)
+            image_bounds = self._formats["color"].before_or_after(color, self._model, image)
+        return shade_bounds(image_bounds.crop(self._guard), blurred, self._model)
 
     def _blurred(self) -> Bounds | None:
         """The blur of the merged texture, or with a guard band of the layers that include it."""
         sigma = self._parameters["sigma"]
         if self._guard == 0:
-            merged = self._made("merged")
+            merged = self._input_bounds("merged")
             return None if merged is None else blur_bounds(merged, sigma, self._model)
-        whole = self._held("merged", _merged([self._held(layer, self._layer(layer)) for layer in self._radii]))
+        layers = [self._stored_bounds(layer, self._layer_bounds(layer)) for layer in self._radii]
+        whole = self._stored_bounds("merged", _merged(layers))
         if whole is None:
-            return exactly(self._right["blurred"]) if "blurred" in self._right else None
-        own = self._own.get("merged")
-        if own is not None and "merged" not in self._stored:
-            whole = self._around(own, whole)
+            return exact_bounds(self._reference["blurred"]) if "blurred" in self._reference else None
+        rendered = self._rendered.get("merged")
+        if rendered is not None and "merged" not in self._formats:
+            whole = self._with_guard_band(rendered, whole)
         return blur_bounds(whole, sigma, self._model).crop(self._guard)
 
-    def _around(self, own: Texture, whole: Bounds) -> Bounds:
+    def _with_guard_band(self, rendered: Texture, whole: Bounds) -> Bounds:
         """The renderer's own merged texture, and bounds of it in the guard band."""
-        inside, wrong = (slice(self._guard, -self._guard),) * 2, whole.crop(self._guard).outside(own).any()
+        inside, wrong = (slice(self._guard, -self._guard),) * 2, whole.crop(self._guard).outside(rendered).any()
         lower, upper = np.array(whole.lower), np.array(whole.upper)
         if wrong:
             lower[:], upper[:] = 0, 1
-        lower[inside] = upper[inside] = own
+        lower[inside] = upper[inside] = rendered
         return replace(whole, lower=lower, upper=upper)
 
-    def _made(self, name: str) -> Bounds | None:
+    def _input_bounds(self, name: str) -> Bounds | None:
         """The input of the next pass: the renderer's own texture, or all that its bounds allow."""
-        own = self._own.get(name)
-        if own is not None and name not in self._stored:
-            return exactly(own)
-        found = self._stage(name)
-        found = exactly(self._right[name]) if found is None and name in self._right else found
-        return self._held(name, found, own)
+        rendered = self._rendered.get(name)
+        if rendered is not None and name not in self._formats:
+            return exact_bounds(rendered)
+        bounds = self._stage(name)
+        bounds = exact_bounds(self._reference[name]) if bounds is None and name in self._reference else bounds
+        return self._stored_bounds(name, bounds, rendered)
 
-    def _held(self, name: str, bounds: Bounds | None, own: Texture | None = None) -> Bounds | None:
+    def _stored_bounds(self, name: str, bounds: Bounds | None, rendered: Texture | None = None) -> Bounds | None:
         """Bounds of a texture, the renderer's own if it is given, before and after the renderer stores it."""
-        if bounds is None or name not in self._stored:
+        if bounds is None or name not in self._formats:
             return bounds
-        return self._stored[name].either(bounds, self._model, own)
+        return self._formats[name].before_or_after(bounds, self._model, rendered)
 
 
 def _merged(layers: list[Bounds | None]) -> Bounds | None:
     """Bounds of the maximum of layers; None where those of one are not known."""
-    known = [layer for layer in layers if layer is not None]
-    return merge_bounds(known) if len(known) == len(layers) else None
+    bounds = [layer for layer in layers if layer is not None]
+    return merge_bounds(bounds) if len(bounds) == len(layers) else None

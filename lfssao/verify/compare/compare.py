@@ -13,7 +13,7 @@ from lfssao.core.arguments import as_number
 from lfssao.core.memory import check_available
 from lfssao.core.threads import ahead
 from lfssao.errors import InputError, check_type, no_such, shown
-from lfssao.verify.bounds.error_model import OF_KITS, find_model
+from lfssao.verify.bounds.error_model import KIT_MODEL, find_model
 from lfssao.verify.bounds.registry import has_bounds
 from lfssao.verify.bounds.stored import LINEAR
 from lfssao.verify.case import VIEW, Array, Arrays, Case
@@ -30,7 +30,7 @@ from lfssao.verify.compare.report import Report
 from lfssao.verify.compare.result import Result, Tolerance, result_of
 from lfssao.verify.compare.source import Mine, Reference, Sides
 from lfssao.verify.compare.surface import Surface
-from lfssao.verify.judge import judging
+from lfssao.verify.judge import judgements
 from lfssao.verify.verdict import WRONG, Flags, Judgement, Verdict, equal_bits
 
 if TYPE_CHECKING:
@@ -251,7 +251,7 @@ class Comparison:
         of, done = {right.name: right for right in wanted}, dict[str, tuple[Judgement, Future[Result]]]()
 
         def judged_layers(pool: ThreadPoolExecutor) -> Iterator[tuple[str, tuple[Judgement, Future[Result]]]]:
-            for name, made in judging(mine, case, self._model, names, stored):
+            for name, made in judgements(mine, case, self._model, names, stored):
                 judged = with_background(made, empty[name][1]) if name in empty else made
                 yield name, (judged, pool.submit(figures, layers[name], of[name], judged))
 
@@ -329,7 +329,7 @@ class Comparison:
             self._without.add(name)
         if judged.verdict is Verdict.INSIDE and result.outside and judged.bounds is not None:
             some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
-            limit = f"up to {judged.bounds.strays} may look past an edge (4 standard deviations)"
+            limit = f"up to {judged.bounds.outliers} may look past an edge (4 standard deviations)"
             self._notes.append(f"{module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
 
     def _with_diagnoser(self) -> "Diagnoser":
@@ -358,7 +358,7 @@ class Comparison:
             names = ", ".join(sorted(self._without))
             note = f"no interval is known of {names}: the reference was rendered without layers they are made of"
             notes = [note, *notes]
-        named = self._model.name if self._reference.manifest is not None else OF_KITS if self._reference.kit else None
+        named = self._model.name if self._reference.manifest is not None else KIT_MODEL if self._reference.kit else None
         return Report(
             mine=str(self._mine.path),
             reference=str(self._reference.path),

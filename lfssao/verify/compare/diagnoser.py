@@ -17,7 +17,7 @@ from lfssao.optics.quilt import Quilt
 from lfssao.rendering.folder import reading_manifest
 from lfssao.rendering.manifest import display_of
 from lfssao.verify.bounds.error_model import MODELS, ErrorModel
-from lfssao.verify.bounds.stored import Stored
+from lfssao.verify.bounds.stored import TextureFormat
 from lfssao.verify.case import Arrays, Case, described_view
 from lfssao.verify.compare.background import PLACED
 from lfssao.verify.compare.layers import layers_of
@@ -26,7 +26,7 @@ from lfssao.verify.compare.surface import Surface
 from lfssao.verify.diagnosis.change import Candidate
 from lfssao.verify.diagnosis.diagnose import Diagnosis, WrongTexture
 from lfssao.verify.diagnosis.views import Sight, sight_of
-from lfssao.verify.judge import inputs_of
+from lfssao.verify.judge import stage_inputs
 from lfssao.verify.verdict import Judgement
 
 Views = dict[str, tuple[Reference, str]]
@@ -62,7 +62,7 @@ class Diagnoser:
         mine: Arrays,
         case: Case,
         judged: Judgement,
-        stored: Stored | None,
+        stored: TextureFormat | None,
         channel: str,
         background: float | None,
     ) -> Diagnosis | None:
@@ -76,7 +76,7 @@ class Diagnoser:
         wrong = WrongTexture(
             name,
             mine[name],
-            inputs_of(mine, case),
+            stage_inputs(mine, case),
             case,
             judged,
             self._model,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.files.image_file import ImagePart, Margins
-from lfssao.verify.bounds.stored import FORMATS, LINEAR, Stored
+from lfssao.verify.bounds.stored import FORMATS, LINEAR, TextureFormat
 from lfssao.verify.verdict import Plane, Planes
 
 # The order of the passes: the earlier one of two stages that differ is to blame.
@@ -33,7 +33,7 @@ class Layer:
     channels: tuple[str, ...]
     planes: Planes
     margins: Margins | None  # of the data window beyond the display window, where the format has them
-    stored: Stored | None = None  # how the values were stored, if not as float32
+    stored: TextureFormat | None = None  # how the values were stored, if not as float32
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -297,5 +297,5 @@ class Storage:
             return mine
         if word == "float" and not visibility and not linear:
             return mine
-        stored = Stored(word, visibility, name == "depth", linear)
+        stored = TextureFormat(word, visibility, name == "depth", linear)
         return replace(mine, planes=tuple(stored.read(plane) for plane in mine.planes), stored=stored)

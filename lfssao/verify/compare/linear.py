@@ -12,8 +12,8 @@ from lfssao.errors import InputError
 from lfssao.gbuffer.kernels.surface import write_surface
 from lfssao.optics.camera import linear_view
 from lfssao.optics.view import View
-from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, exactly, up_to_single
-from lfssao.verify.bounds.depth import depth_bounds_of, distance_ends
+from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, exact_bounds, up_to_single
+from lfssao.verify.bounds.depth import distance_ends, texture_depth_bounds
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.case import VIEW, Array, Arrays, Case, described_view
 from lfssao.verify.compare.view_case import view_parameters
@@ -44,8 +44,8 @@ def with_distances(case: Case, mine: Arrays, model: ErrorModel) -> tuple[Case, d
     if "positions" in outputs and "positions" not in mine and not np.isnan(own).any():
         outputs["positions"] = _positions(linear, own)
     parameters = {**case.parameters, **view_parameters(linear), "distance_off": _conversion_error(view, own, model)}
-    known = case.bounds.get("depth") or depth_bounds_of(right, model)
-    bounds = exactly(outputs["depth"]) if model.exact else _in_distances(view, known, model)
+    known = case.bounds.get("depth") or texture_depth_bounds(right, model)
+    bounds = exact_bounds(outputs["depth"]) if model.exact else _in_distances(view, known, model)
     return replace(case, parameters=parameters, outputs=outputs, bounds={**case.bounds, "depth": bounds}), mine
 
 

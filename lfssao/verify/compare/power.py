@@ -13,11 +13,11 @@ import numpy as np
 from lfssao.ao.post import shade
 from lfssao.optics.view import without_guard
 from lfssao.verify.bounds.bounds import Bounds, Texture
-from lfssao.verify.bounds.stored import Stored
+from lfssao.verify.bounds.stored import TextureFormat
 from lfssao.verify.case import VIEW, Arrays, Case
 from lfssao.verify.compare.layers import is_occlusion
-from lfssao.verify.judge import inputs_of
-from lfssao.verify.verdict import Flags, Verdict, judge_within
+from lfssao.verify.judge import stage_inputs
+from lfssao.verify.verdict import Flags, Verdict, interval_verdict
 
 # Factors on AO, tried in turn; a verdict is weak where AO times WEAK would be inside as well.
 FACTORS = (0.999, 0.998, 0.995, 0.99, 0.98, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5)
@@ -58,11 +58,11 @@ class _Shown:
     right: Texture  # the reference's
     image: Texture | None = None  # (H, W, 3) that 1 - AO is multiplied into; None where the texture is AO itself
 
-    def scaled(self, factor: float, stored: Stored | None) -> Texture:
+    def scaled(self, factor: float, stored: TextureFormat | None) -> Texture:
         """The texture with AO times a factor, as it is read where it is stored."""
         ao = self.own * np.float32(factor)
         made = ao if self.image is None else shade(self.image, ao)
-        return made if stored is None else stored.again(made)
+        return made if stored is None else stored.round_trip(made)
 
     def share(self, surface: Flags) -> float:
         """Share of the surface's texels with AO above DARK, or with an image that AO takes as much from."""
@@ -74,7 +74,7 @@ class _Shown:
         return float((taken > DARK).mean())
 
 
-def power_of(name: str, mine: Arrays, case: Case, bounds: Bounds, stored: Stored | None, fails: Fails) -> Power:
+def power_of(name: str, mine: Arrays, case: Case, bounds: Bounds, stored: TextureFormat | None, fails: Fails) -> Power:
     """The power of a texture's bounds, inside which it is.
 
     ``mine`` are the renderer's textures by their names; ``fails`` says whether a texture in place of the one that was
@@ -91,7 +91,7 @@ def power_of(name: str, mine: Arrays, case: Case, bounds: Bounds, stored: Stored
     factor = next((factor for factor in FACTORS if fails(shown.scaled(factor, stored))), None)
     if share < SHARE or case.stage != VIEW:
         return Power(width, factor, share)
-    judged = judge_within(bounds.outside(shown.scaled(WEAK, stored)), bounds.strays)
+    judged = interval_verdict(bounds.outside(shown.scaled(WEAK, stored)), bounds.outliers)
     return Power(width, factor, share, judged is Verdict.INSIDE)
 
 
@@ -114,7 +114,7 @@ def _shown(name: str, mine: Arrays, case: Case) -> _Shown | None:
     """The AO that a texture shows; None where none goes into it, or its image or AO are not known."""
     if is_occlusion(name) or name == "occlusion":
         return _Shown(mine[name], case.outputs[name])
-    inputs = inputs_of(mine, case)
+    inputs = stage_inputs(mine, case)
     if name != "shaded" or not {"image", "blurred"} <= set(inputs):
         return None
     right = case.outputs.get("blurred", inputs["blurred"])

@@ -8,13 +8,13 @@ import numpy as np
 from lfssao.samples.rotation import float32_rounding
 from lfssao.verify.bounds.bounds import Bounds, FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.explain import Sample, explainer, terms
-from lfssao.verify.bounds.points import terms_of
+from lfssao.verify.bounds.explain import Sample, explainer, sorted_terms
+from lfssao.verify.bounds.points import term_tracer
 from lfssao.verify.bounds.ssao import image_depth
 from lfssao.verify.bounds.view import described_problem
 from lfssao.verify.case import VIEW, Arrays, Case, described_mapping, described_turns, described_view
 from lfssao.verify.compare.result import Reason
-from lfssao.verify.judge import inputs_of
+from lfssao.verify.judge import stage_inputs
 
 _LEAST_NOISE = 5e-4  # radians: half of float32's spacing at the angle
 _REASONS = {
@@ -69,7 +69,7 @@ def _occlusion_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
     parameters = case.parameters
     if parameters["estimator"] != "lf":
         return _undecided_reason(k, mine, case, bounds, model)
-    guard, back, inputs = parameters["guard"], parameters["screen_to_world"], inputs_of(mine, case)
+    guard, back, inputs = parameters["guard"], parameters["screen_to_world"], stage_inputs(mine, case)
     depth, positions = inputs.get("depth"), inputs.get("positions")
     if depth is None or (positions is None and back is None):
         return lambda _: ""
@@ -92,7 +92,7 @@ def _undecided_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
     undecided = None if bounds is None else bounds.undecided
     if undecided is None:
         return lambda _: ""
-    points, depth, guard = case.inputs.get("points"), inputs_of(mine, case).get("depth"), case.parameters["guard"]
+    points, depth, guard = case.inputs.get("points"), stage_inputs(mine, case).get("depth"), case.parameters["guard"]
     which = "taps" if points is None else f"of {len(points)} points"
     told = _terms_reason(k, mine, case, model)
 
@@ -107,17 +107,17 @@ def _undecided_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
 
 def _terms_reason(k: int, mine: Arrays, case: Case, model: ErrorModel) -> Reason:
     """The sample of a texel that comes nearest to another outcome, of estimators that sum terms; '' of others."""
-    parameters, inputs = case.parameters, inputs_of(mine, case)
+    parameters, inputs = case.parameters, stage_inputs(mine, case)
     if model.exact or "depth" not in inputs or "positions" not in inputs:
         return lambda _: ""
     name, radius, guard = parameters["estimator"], parameters["radii"][k], parameters["guard"]
 
     @cache
     def told() -> Callable[[int, int], FloatArray]:  # made when the first texel asks
-        return terms_of(described_problem(parameters, inputs, radius, model), radius, name)
+        return term_tracer(described_problem(parameters, inputs, radius, model), radius, name)
 
     def reason(texel: tuple[int, int]) -> str:
-        found = terms(told()(texel[1] + guard, texel[0] + guard), inputs["depth"].shape)
+        found = sorted_terms(told()(texel[1] + guard, texel[0] + guard), inputs["depth"].shape)
         return f"; {found[0]}" if found else ""
 
     return reason

@@ -13,7 +13,7 @@ from lfssao.verify.compare.agreement import Agreement, agreements
 from lfssao.verify.compare.layers import Layer, is_occlusion
 from lfssao.verify.compare.metrics import Metrics, difference, measure
 from lfssao.verify.compare.power import Power
-from lfssao.verify.verdict import FAILED, Flags, Judgement, Planes, Verdict, judge_within, texels
+from lfssao.verify.verdict import FAILED, Flags, Judgement, Planes, Verdict, interval_verdict, texels
 
 if TYPE_CHECKING:
     from lfssao.verify.diagnosis.diagnose import Diagnosis
@@ -46,14 +46,14 @@ class Tolerance:
         """The verdict, WITHIN where a wrong texture passes; the number of its texels that differ by more."""
         outside = texels(judged.outside)
         beyond = int((outside & (difference(mine, reference) > self.fail) if self.fail > 0 else outside).sum())
-        most = max(0 if judged.bounds is None else judged.bounds.strays, self.percent * outside.size / 100)
+        most = max(0 if judged.bounds is None else judged.bounds.outliers, self.percent * outside.size / 100)
         passes = self and judged.verdict.code == FAILED and beyond <= most
         return (Verdict.WITHIN if passes else judged.verdict), beyond
 
     def fails(self, bounds: Bounds, reference: Planes, texture: Texture) -> bool:
         """Whether a texture would fail that is judged by bounds in place of a renderer's."""
         outside = bounds.outside(texture)
-        judged = Judgement(judge_within(outside, bounds.strays), outside=outside, bounds=bounds)
+        judged = Judgement(interval_verdict(outside, bounds.outliers), outside=outside, bounds=bounds)
         return self.judge(judged, _planes(texture, texels(outside)), reference)[0].code == FAILED
 
 
@@ -181,7 +181,7 @@ def result_of(
 
 def stored_as(mine: Layer, reference: Layer) -> Planes:
     """The reference's channels as they would be read if they were stored as the renderer's: an interval holds them."""
-    return tuple(plane if mine.stored is None else mine.stored.again(plane) for plane in reference.planes)
+    return tuple(plane if mine.stored is None else mine.stored.round_trip(plane) for plane in reference.planes)
 
 
 def _planes(texture: np.ndarray, like: Flags) -> Planes:

@@ -18,7 +18,7 @@ from lfssao.optics.quilt import Quilt
 from lfssao.optics.view import without_guard
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.stored import Stored
+from lfssao.verify.bounds.stored import TextureFormat
 from lfssao.verify.case import (
     Arrays,
     Case,
@@ -49,7 +49,7 @@ class Texture:
     case: Case
     judged: Judgement
     model: ErrorModel  # not an exact one
-    stored: Stored | None = None  # the texture's format
+    stored: TextureFormat | None = None  # the texture's format
     display: tuple[Display | Quilt, int] | None = None  # the display or quilt, and the module's or view's number
     others: Mapping[str, Sight] = field(default_factory=dict)  # other modules, by name
     # Textures of a layer of other modules, by the module, of the size of this module's

@@ -17,8 +17,8 @@ from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.view import without_guard
 from lfssao.samples import best_turns, make_samples, square_points, texel_angles, texel_turns
 from lfssao.samples.rotation import half_turns
-from lfssao.verify.bounds.bounds import Bounds, exactly
-from lfssao.verify.bounds.error_model import MODELS, OF_KITS
+from lfssao.verify.bounds.bounds import Bounds, exact_bounds
+from lfssao.verify.bounds.error_model import KIT_MODEL, MODELS
 from lfssao.verify.bounds.post import blur_bounds, shade_bounds
 from lfssao.verify.bounds.view import ViewBounds, occlusion_bounds
 from lfssao.verify.case import Array, Arrays, Parameters, described_mapping, described_view
@@ -159,14 +159,14 @@ def stage_bounds(stage: str, parameters: Parameters, inputs: Arrays) -> dict[str
     Stages without bounds round nothing, or are float64 or integers, which every language has: equal bits are asked.
     Stage, parameters and inputs are those of a ``Case``.
     """
-    model = MODELS[OF_KITS]
+    model = MODELS[KIT_MODEL]
     if stage in ("algorithm1", "algorithm2", "estimator"):
         found = occlusion_bounds(parameters, inputs, parameters["radius"], model)
         return {} if found is None else {"occlusion": found}
     if stage == "blur":
-        return {"blurred": blur_bounds(exactly(inputs["source"]), parameters["sigma"], model)}
+        return {"blurred": blur_bounds(exact_bounds(inputs["source"]), parameters["sigma"], model)}
     if stage == "shade":
-        return {"shaded": shade_bounds(inputs["image"], exactly(inputs["occlusion"]), model)}
+        return {"shaded": shade_bounds(inputs["image"], exact_bounds(inputs["occlusion"]), model)}
     if stage != "frame":
         return {}
     names = "shaded", "merged", "blurred", *(f"ao_{k + 1}" for k in range(len(parameters["radii"])))

@@ -10,7 +10,7 @@ from lfssao.cli import values
 from lfssao.cli.terminal import printable, progress, working
 from lfssao.core.memory import keep_freed_memory
 from lfssao.errors import InputError, errors_of
-from lfssao.verify.compare.compare import Comparison
+from lfssao.verify.compare.comparison import Comparison
 from lfssao.verify.compare.result import Tolerance
 
 _HELP = {

@@ -245,7 +245,7 @@ def test_faults_of_the_program_are_no_warning(write, monkeypatch, capsys):
     def fault(*_):
         raise ZeroDivisionError
 
-    monkeypatch.setattr("lfssao.verify.compare.compare.Comparison.add", fault)
+    monkeypatch.setattr("lfssao.verify.compare.comparison.Comparison.add", fault)
     assert compare(*[write(0.5, "a.exr")] * 2) == 4
     assert "ZeroDivisionError" in capsys.readouterr().err
 

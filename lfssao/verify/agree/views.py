@@ -23,7 +23,7 @@ from lfssao.verify.compare.source import Mine, Reference
 from lfssao.verify.compare.view_case import view_case
 
 if TYPE_CHECKING:
-    from lfssao.verify.compare.compare import Comparison
+    from lfssao.verify.compare.comparison import Comparison
     from lfssao.verify.compare.diagnoser import Views
 
 # Settings by which equal occlusion may be made
@@ -157,7 +157,7 @@ class Renderer:
 
     def comparison(self, folder: Folder, layers: Sequence[str], mesh: str | None, more: "Views") -> "Comparison":
         """A comparison of its textures with a folder's, of these layers; ``more`` are views of other folders."""
-        from lfssao.verify.compare.compare import Comparison  # late: it imports what judges and diagnoses
+        from lfssao.verify.compare.comparison import Comparison  # late: it imports what judges and diagnoses
 
         chosen = self._rules, layers, False, "shader", None, Tolerance()
         path = self._mine[folder].path

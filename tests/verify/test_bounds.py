@@ -249,8 +249,8 @@ def test_explain_names_the_texel_the_edge_and_the_error():
     assert found[0].number == 1
     near, edge, empty, off, low = sorted(found, key=lambda s: s.number)
     assert [s.outcome for s in (near, edge, empty, off, low)] == ["clear", "undecided", "clear", "clear", "clear"]
-    assert (edge.texel, edge.edge_distance, edge.behind) == ((1, 0), 0.0, -2.0)
-    assert (near.edge_distance, low.edge_distance, empty.behind, off.texel) == (0.25, 0.125, -np.inf, None)
+    assert (edge.texel, edge.edge_distance, edge.depth_behind) == ((1, 0), 0.0, -2.0)
+    assert (near.edge_distance, low.edge_distance, empty.depth_behind, off.texel) == (0.25, 0.125, -np.inf, None)
     assert 0 < edge.error_uv < 1e-5
     assert str(near).startswith("sample 0 is clear: it reads texel (0, 0), 2.5e-01 from its edge")
     assert "3.0e+00 before its surface" in str(near)

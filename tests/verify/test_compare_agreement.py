@@ -7,7 +7,7 @@ import pytest
 from compare_folders import changed, compare, poke, remade
 
 from lfssao import read_exr
-from lfssao.verify.compare.agreement import PARTS, agreements, parts_of
+from lfssao.verify.compare.agreement import PARTS, agreements, surface_parts
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def scene():
 
 def test_figures_are_those_of_their_formulas_on_each_part(scene):
     mine, reference, depth, edges = scene
-    found = agreements(mine, reference, parts_of(depth, len(mine)))
+    found = agreements(mine, reference, surface_parts(depth, len(mine)))
     assert tuple(found) == PARTS
     for part, flags in (("interiors", np.isfinite(depth) & ~edges), ("silhouettes", edges)):
         figures, a, b = found[part], mine[flags].astype(float), reference[flags].astype(float)
@@ -47,13 +47,13 @@ def test_figures_are_those_of_their_formulas_on_each_part(scene):
 
 def test_a_guard_band_is_left_out_and_what_is_constant_has_no_regression(scene):
     mine, reference, depth, _ = scene
-    whole = agreements(mine, reference, parts_of(depth, 30))
-    cropped = agreements(mine[3:-3, 3:-3], reference[3:-3, 3:-3], parts_of(depth, 24))
+    whole = agreements(mine, reference, surface_parts(depth, 30))
+    cropped = agreements(mine[3:-3, 3:-3], reference[3:-3, 3:-3], surface_parts(depth, 24))
     assert cropped["silhouettes"].texels == whole["silhouettes"].texels - 6
-    (constant,) = agreements(mine, np.ones_like(mine), parts_of(np.zeros_like(depth), 30)).values()
+    (constant,) = agreements(mine, np.ones_like(mine), surface_parts(np.zeros_like(depth), 30)).values()
     assert (constant.slope, constant.offset, constant.correlation) == (None, None, None)
     assert "mine =" not in constant.words("interiors")
-    assert agreements(mine, reference, parts_of(np.full_like(depth, np.inf), 30)) == {}
+    assert agreements(mine, reference, surface_parts(np.full_like(depth, np.inf), 30)) == {}
 
 
 def test_reports_show_them_where_occlusion_differs(tmp_path, reference, capsys):

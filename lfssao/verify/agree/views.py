@@ -161,7 +161,7 @@ class Renderer:
 
         chosen = self._rules, layers, False, "shader", None, Tolerance()
         path = self._mine[folder].path
-        return Comparison(path, folder.path, *chosen, mesh=mesh, files=self._files, more=more)
+        return Comparison(path, folder.path, *chosen, mesh=mesh, files=self._files, other_views=more)
 
     def read(self, seen: Seen) -> NDArray[Any]:
         """Its texture of a view, (H, W); InputError if there is none, or one of another size or type."""

@@ -29,26 +29,25 @@ class Agreement:
 
     def words(self, part: str) -> str:
         """All of it in a sentence; ``part``, one of ``PARTS``, says on which texels."""
-        line = "" if self.slope is None else f"mine = {self.slope:.4g} reference {self.offset:+.4g}, "
-        alike = "" if self.correlation is None else f"correlation {self.correlation:.4f}, "
+        regression = "" if self.slope is None else f"mine = {self.slope:.4g} reference {self.offset:+.4g}, "
+        correlation = "" if self.correlation is None else f"correlation {self.correlation:.4f}, "
         shares = f"{100 * self.within_1e5:.4g} % within 1e-5, {100 * self.within_code:.4g} % within 1/255"
-        return (
-            f"{part}: {self.texels} texels, mean {self.mean:.4g} for {self.reference_mean:.4g}, {alike}{line}{shares}"
-        )
+        means = f"mean {self.mean:.4g} for {self.reference_mean:.4g}"
+        return f"{part}: {self.texels} texels, {means}, {correlation}{regression}{shares}"
 
 
-def parts_of(depth: NDArray[np.float32], height: int) -> dict[str, Flags]:
+def surface_parts(depth: NDArray[np.float32], height: int) -> dict[str, Flags]:
     """Texels inside of surfaces and at silhouettes, of a texture of so many rows; depth may have a guard band more.
 
     A texel is of a silhouette if one of the 3 x 3 around it sees no surface, or if depth bends there, along its row or
     column, by more than 1 % of the texture's range: planes do not bend in a camera's depth.
     """
-    surface, wide = np.isfinite(depth), depth.astype(np.float64)
+    surface, depths = np.isfinite(depth), depth.astype(np.float64)
     edges: Flags = np.asarray(sliding_window_view(np.pad(~surface, 1), (3, 3)).any(axis=(2, 3)))
-    step = _STEP * np.ptp(wide[surface]) if surface.any() else 0.0
+    step = _STEP * np.ptp(depths[surface]) if surface.any() else 0.0
     with np.errstate(invalid="ignore"):  # no surface
-        edges[1:-1] |= np.abs(np.diff(wide, 2, axis=0)) > step
-        edges[:, 1:-1] |= np.abs(np.diff(wide, 2, axis=1)) > step
+        edges[1:-1] |= np.abs(np.diff(depths, 2, axis=0)) > step
+        edges[:, 1:-1] |= np.abs(np.diff(depths, 2, axis=1)) > step
     guard = (depth.shape[0] - height) // 2
     inside = slice(guard, -guard or None), slice(guard, -guard or None)
     return {part: (flags & surface)[inside] for part, flags in zip(PARTS, (~edges, edges), strict=True)}
@@ -56,26 +55,26 @@ def parts_of(depth: NDArray[np.float32], height: int) -> dict[str, Flags]:
 
 def agreements(mine: Plane, reference: Plane, parts: Mapping[str, Flags]) -> dict[str, Agreement]:
     """How a layer of occlusion, (H, W), agrees on each of the parts that has texels."""
-    made = {}
+    found = {}
     for part, flags in parts.items():
-        chosen = flags & np.isfinite(mine) & np.isfinite(reference)
-        if chosen.any():
-            made[part] = _agreement(mine[chosen].astype(np.float64), reference[chosen].astype(np.float64))
-    return made
+        finite = flags & np.isfinite(mine) & np.isfinite(reference)
+        if finite.any():
+            found[part] = _agreement(mine[finite].astype(np.float64), reference[finite].astype(np.float64))
+    return found
 
 
 def _agreement(mine: NDArray[np.float64], reference: NDArray[np.float64]) -> Agreement:
-    off, mean, right = np.abs(mine - reference), float(mine.mean()), float(reference.mean())
-    x, y = reference - right, mine - mean
+    error, mean, reference_mean = np.abs(mine - reference), float(mine.mean()), float(reference.mean())
+    x, y = reference - reference_mean, mine - mean
     xx, xy, yy = (float((a * b).sum()) for a, b in ((x, x), (x, y), (y, y)))
     slope = xy / xx if xx > 0 else None
     return Agreement(
         texels=mine.size,
         mean=mean,
-        reference_mean=right,
+        reference_mean=reference_mean,
         correlation=xy / (xx * yy) ** 0.5 if xx * yy > 0 else None,
         slope=slope,
-        offset=None if slope is None else mean - slope * right,
-        within_1e5=float((off <= 1e-5).mean()),
-        within_code=float((off <= 1 / 255).mean()),
+        offset=None if slope is None else mean - slope * reference_mean,
+        within_1e5=float((error <= 1e-5).mean()),
+        within_code=float((error <= 1 / 255).mean()),
     )

@@ -11,11 +11,11 @@ from lfssao.verify.case import VIEW, Array, Case
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.verdict import FAILED, Flags, Judgement, Verdict
 
-PLACED = ("depth", "positions")  # whose background is infinity; 0 is that of all others
-_SHARE = 0.99  # of the texels without surface that share a value
+INFINITE_BACKGROUND = ("depth", "positions")  # whose background is infinity; 0 is that of all others
+_LEAST_SHARE = 0.99  # of the texels without surface that share a value
 
 
-def found_background(name: str, mine: NDArray[Any], depth: NDArray[Any]) -> float | None:
+def background_value(name: str, mine: NDArray[Any], depth: NDArray[Any]) -> float | None:
     """The value that another renderer has where the reference's depth sees nothing, if nearly all have one.
 
     None if it is the reference's own, the texture has no such texels, or the values differ.
@@ -25,21 +25,21 @@ def found_background(name: str, mine: NDArray[Any], depth: NDArray[Any]) -> floa
         return None
     texels = np.reshape(mine, (mine.shape[0] * mine.shape[1], -1))
     value = float(texels[empty[len(empty) // 2], 0])
-    if value == (np.inf if name in PLACED else 0.0) or np.isnan(value):
+    if value == (np.inf if name in INFINITE_BACKGROUND else 0.0) or np.isnan(value):
         return None
-    there = texels[empty]
-    return value if np.mean(np.all(there == there.dtype.type(value), axis=1)) >= _SHARE else None
+    values = texels[empty]
+    return value if np.mean(np.all(values == values.dtype.type(value), axis=1)) >= _LEAST_SHARE else None
 
 
-def replaced(mine: NDArray[Any], value: float) -> tuple[NDArray[Any], Flags]:
+def with_infinity(mine: NDArray[Any], value: float) -> tuple[NDArray[Any], Flags]:
     """Depth or positions with infinity in place of a value, and the texels (H, W) that have it."""
     flags = np.all(np.reshape(mine == mine.dtype.type(value), (*mine.shape[:2], -1)), axis=2)
-    made = mine.copy()
-    made[flags] = np.inf
-    return made, flags
+    texture = mine.copy()
+    texture[flags] = np.inf
+    return texture, flags
 
 
-def without_background(
+def replace_backgrounds(
     mine: dict[str, Array], layers: dict[str, Layer], case: Case, accepted: float | None
 ) -> dict[str, tuple[float, Flags]]:
     """Give the renderer's depth and positions the reference's background; return what stood there otherwise.
@@ -47,32 +47,32 @@ def without_background(
     Returned are, by the textures' names, a value that all texels without surface share and the user does not
     accept, and the texels of depth and positions that have it. Occlusion keeps its own, as later stages read it.
     """
-    depth, found = case.outputs.get("depth"), {}
+    depth, backgrounds = case.outputs.get("depth"), {}
     if case.stage != VIEW or depth is None:
         return {}
     for name in list(mine):
-        placed = name in PLACED
-        value = accepted if placed else None
+        is_infinite = name in INFINITE_BACKGROUND
+        value = accepted if is_infinite else None
         if value is None:
-            value = found_background(name, mine[name], depth)
+            value = background_value(name, mine[name], depth)
         if value is None:
             continue
         flags = np.zeros(0, np.bool_)
-        if placed:
-            mine[name], flags = replaced(mine[name], value)
-        if accepted is None or not placed:
-            found[name] = value, flags
+        if is_infinite:
+            mine[name], flags = with_infinity(mine[name], value)
+        if accepted is None or not is_infinite:
+            backgrounds[name] = value, flags
         else:
             planes = np.moveaxis(mine[name].reshape(*flags.shape, -1), -1, 0)
             layers[name] = replace(layers[name], planes=tuple(planes))
-    return found
+    return backgrounds
 
 
-def with_background(judged: Judgement, flags: Flags) -> Judgement:
+def with_wrong_background(judged: Judgement, flags: Flags) -> Judgement:
     """The judgement of a texture whose background was replaced in some texels: these are wrong."""
     if not judged.outside.size or not flags.any():
         return judged
     shape = judged.outside.shape
-    also = np.broadcast_to(flags.reshape((*flags.shape, *[1] * (len(shape) - 2))), shape)
+    wrong = np.broadcast_to(flags.reshape((*flags.shape, *[1] * (len(shape) - 2))), shape)
     verdict = judged.verdict if judged.verdict.code >= FAILED else Verdict.OUTSIDE
-    return replace(judged, verdict=verdict, differing=judged.differing | also, outside=judged.outside | also)
+    return replace(judged, verdict=verdict, differing=judged.differing | wrong, outside=judged.outside | wrong)

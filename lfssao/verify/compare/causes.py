@@ -7,7 +7,7 @@ from math import isclose
 from lfssao.verify.compare.result import Result
 from lfssao.verify.diagnosis.change import Candidate, percent
 
-_ALIKE = 1e-3  # relative difference of values that are one
+_EQUAL = 1e-3  # relative difference of values that are one
 
 
 @dataclass(frozen=True)
@@ -28,56 +28,60 @@ def causes_of(results: Sequence[Result]) -> tuple[Cause, ...]:
 
     A change may explain a texture whose own best change is another one, if it is among those that fit as well.
     """
-    left = [r for r in results if r.diagnosis is not None and r.diagnosis.fits and r.diagnosis.candidates]
-    made = []
-    while left:
-        candidates = [c for r in left if r.diagnosis is not None for c in r.diagnosis.candidates]
-        best = max(candidates, key=lambda candidate: sum(_of(r, candidate) is not None for r in left))
-        of = [r for r in left if _of(r, best) is not None]
-        left = [r for r in left if r not in of]
-        made.append(_told(best, of))
-    return tuple(made)
+    unexplained = [r for r in results if r.diagnosis is not None and r.diagnosis.fits and r.diagnosis.candidates]
+    causes = []
+    while unexplained:
+        candidates = [c for r in unexplained if r.diagnosis is not None for c in r.diagnosis.candidates]
+        best = max(candidates, key=lambda candidate: sum(_own_candidate(r, candidate) is not None for r in unexplained))
+        explained = [r for r in unexplained if _own_candidate(r, best) is not None]
+        unexplained = [r for r in unexplained if r not in explained]
+        causes.append(_cause(best, explained))
+    return tuple(causes)
 
 
-def _of(result: Result, candidate: Candidate) -> Candidate | None:
+def _own_candidate(result: Result, candidate: Candidate) -> Candidate | None:
     """A texture's own candidate that is the same change with the same values."""
     assert result.diagnosis is not None
-    return _among(result.diagnosis.candidates, candidate)
+    return _same_candidate(result.diagnosis.candidates, candidate)
 
 
-def _among(candidates: Sequence[Candidate], candidate: Candidate) -> Candidate | None:
+def _same_candidate(candidates: Sequence[Candidate], candidate: Candidate) -> Candidate | None:
     """The one of some candidates that is the same change with the same values."""
     for own in candidates:
         if own.kind == candidate.kind and len(own.values) == len(candidate.values):
             pairs = zip(own.values, candidate.values, strict=True)
-            if all(isclose(a, b, rel_tol=_ALIKE) for a, b in pairs):
+            if all(isclose(a, b, rel_tol=_EQUAL) for a, b in pairs):
                 return own
     return None
 
 
-def _told(best: Candidate, of: Sequence[Result]) -> Cause:
-    modules, layers = dict.fromkeys(r.module for r in of), list(dict.fromkeys(r.layer for r in of))
+def _cause(best: Candidate, results: Sequence[Result]) -> Cause:
+    modules, layers = dict.fromkeys(r.module for r in results), list(dict.fromkeys(r.layer for r in results))
     names = list(dict.fromkeys("AO" if layer.startswith("ao_") and len(layers) > 1 else layer for layer in layers))
-    what = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
-    where = next(iter(modules)) if len(modules) == 1 else f"{len(modules)} modules"
-    wrong = sum(r.diagnosis.wrong for r in of if r.diagnosis is not None)
-    shares = [(own.explained, r.diagnosis.wrong) for r in of if r.diagnosis and (own := _of(r, best))]
+    layer_names = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+    module_names = next(iter(modules)) if len(modules) == 1 else f"{len(modules)} modules"
+    wrong = sum(r.diagnosis.wrong for r in results if r.diagnosis is not None)
+    shares = [(own.explained, r.diagnosis.wrong) for r in results if r.diagnosis and (own := _own_candidate(r, best))]
     explained = sum(share * number for share, number in shares) / (wrong or 1)
     hint = best.hint and f": {best.hint}"
-    others = _equal(best, of)
+    others = _equal_candidates(best, results)
     if best.kind == "background":
-        words = f"{best.words} in {what} of {where}"
+        words = f"{best.words} in {layer_names} of {module_names}"
     else:
-        which = best.words + "".join(f", or {other.words}," for other in others)
-        words = f"{which} explains {what} of {where} ({percent(explained)} of {wrong} wrong texels)"
-    places, equal = tuple(r.place for r in of), tuple(other.kind for other in others)
+        changes = best.words + "".join(f", or {other.words}," for other in others)
+        words = f"{changes} explains {layer_names} of {module_names} ({percent(explained)} of {wrong} wrong texels)"
+    places, equal = tuple(r.place for r in results), tuple(other.kind for other in others)
     return Cause(best.kind, equal, best.values, words + hint, tuple(modules), tuple(layers), places)
 
 
-def _equal(best: Candidate, of: Sequence[Result]) -> list[Candidate]:
+def _equal_candidates(best: Candidate, results: Sequence[Result]) -> list[Candidate]:
     """Changes that explain all of these textures as well as the best does."""
-    found = of[0].diagnosis
-    equal = () if found is None else found.candidates[: found.equal]
-    if _among(equal, best) is None:
+    diagnosis = results[0].diagnosis
+    equal = () if diagnosis is None else diagnosis.candidates[: diagnosis.equal]
+    if _same_candidate(equal, best) is None:
         return []
-    return [each for each in equal if each.kind != best.kind and all(_of(r, each) is not None for r in of)]
+    return [
+        candidate
+        for candidate in equal
+        if candidate.kind != best.kind and all(_own_candidate(r, candidate) is not None for r in results)
+    ]

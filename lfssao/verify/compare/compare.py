@@ -80,24 +80,24 @@ def compare(
     """
     for name, value in (("mine", mine), ("reference", reference), ("mesh", mesh)):
         check_type(name, value, str | Path | None if name == "mesh" else str | Path)
-    for name, words in (("layers", layers), ("cases", cases)):
-        _check_words(name, () if words is None else words)
-    for name, pairs in (("rules", rules), ("stored", stored)):
-        check_type(name, {} if pairs is None else pairs, Mapping)
-        _check_words(name, () if pairs is None else (*pairs, *pairs.values()))
+    for name, texts in (("layers", layers), ("cases", cases)):
+        _check_texts(name, () if texts is None else texts)
+    for name, mapping in (("rules", rules), ("stored", stored)):
+        check_type(name, {} if mapping is None else mapping, Mapping)
+        _check_texts(name, () if mapping is None else (*mapping, *mapping.values()))
     if not isinstance(files, str):
-        _check_words("files", (*files, *files.values()) if isinstance(files, Mapping) else files)
+        _check_texts("files", (*files, *files.values()) if isinstance(files, Mapping) else files)
     tolerance = Tolerance(fail, fail_percent)
     if background is not None and np.isnan(as_number(background)):
         raise InputError("background is NaN, it must be a number")
-    chosen = cases, tolerance, mesh, diagnosis, page, stored, files, background
-    comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, *chosen)
+    options = cases, tolerance, mesh, diagnosis, page, stored, files, background
+    comparison = Comparison(Path(mine), Path(reference), rules or {}, layers, exact, model, *options)
     for module in comparison.modules:
         comparison.add(module)
     return comparison.report()
 
 
-def _check_words(argument: str, words: object) -> None:
+def _check_texts(argument: str, texts: object) -> None:
     """Refuse all but a sequence of texts: a text itself would be taken letter by letter."""
-    if isinstance(words, str) or not isinstance(words, Sequence) or not all(isinstance(word, str) for word in words):
-        raise InputError(f"{argument} is {shown(words)}, it must be a list of texts")
+    if isinstance(texts, str) or not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
+        raise InputError(f"{argument} is {shown(texts)}, it must be a list of texts")

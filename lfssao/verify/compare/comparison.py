@@ -14,12 +14,20 @@ from lfssao.verify.bounds.error_model import KIT_MODEL, find_model
 from lfssao.verify.bounds.registry import has_bounds
 from lfssao.verify.bounds.stored import LINEAR
 from lfssao.verify.case import VIEW, Array, Arrays, Case
-from lfssao.verify.compare.agreement import parts_of
-from lfssao.verify.compare.background import with_background, without_background
+from lfssao.verify.compare.agreement import surface_parts
+from lfssao.verify.compare.background import replace_backgrounds, with_wrong_background
 from lfssao.verify.compare.facts import facts_of
 from lfssao.verify.compare.files import Files
-from lfssao.verify.compare.layers import Layer, Matcher, MismatchError, Storage, group_of, is_asked, without_intervals
-from lfssao.verify.compare.linear import check_camera, with_distances
+from lfssao.verify.compare.layers import (
+    Layer,
+    Matcher,
+    MismatchError,
+    Storage,
+    group_of,
+    is_selected,
+    layers_without_intervals,
+)
+from lfssao.verify.compare.linear import check_camera, linear_case
 from lfssao.verify.compare.neighbours import Neighbours
 from lfssao.verify.compare.picture import WORST_RANK, Panels
 from lfssao.verify.compare.power import Power, power_of
@@ -34,7 +42,7 @@ if TYPE_CHECKING:
     from lfssao.verify.compare.diagnoser import Diagnoser, Views
     from lfssao.verify.compare.page.textures import Textures
 
-_AT_ONCE = 2  # layers whose figures are made: NumPy and scikit-image use one core each
+_MEASURED_AT_ONCE = 2  # layers whose figures are made: NumPy and scikit-image use one core each
 
 
 class Comparison:
@@ -60,7 +68,7 @@ class Comparison:
         stored: Mapping[str, str] | None = None,
         files: Files = (),
         background: float | None = None,
-        more: "Views | None" = None,
+        other_views: "Views | None" = None,
     ) -> None:
         if exact and tolerance:
             raise InputError("--exact asks for equal bits: it goes without --fail and --fail-percent")
@@ -70,7 +78,7 @@ class Comparison:
         self._mine = Mine.open(mine, self._reference, files)
         self.modules = self._reference.chosen(cases)
         self._sides = Sides(self._reference, self._mine, self.modules)
-        self._wanted, self._exact, self._tolerance = layers, exact, tolerance
+        self._layers, self._exact, self._tolerance = layers, exact, tolerance
         manifest = self._reference.manifest
         self._surface = None if manifest is None else Surface(self._reference.path, manifest, mesh)
         if mesh is not None:
@@ -78,107 +86,108 @@ class Comparison:
                 raise InputError(f"--mesh: {reference} is not what 'lfssao render' writes, its views are not known")
             _ = self._surface.mesh  # refused before anything is compared
         self._neighbours = Neighbours(self._reference, self._mine, self._storage, self._surface, background)
-        self._diagnosis, self._more = diagnosis, more
+        self._diagnosis, self._other_views = diagnosis, other_views
         self._diagnoser: Diagnoser | None = None  # made for the first wrong texture
         self._results: list[Result] = []
         self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
         self._panels: Panels | None = None
-        self._textures = _kept(exact) if page else None
-        self._named: dict[str, str] = {}  # names of layers and channels of the reference, with the layer's
-        self._unbounded: str | None = None
-        self._without: set[str] = set()  # layers that differ, and whose intervals a missing layer would give
+        self._textures = _page_textures(exact) if page else None
+        self._layer_of_name: dict[str, str] = {}  # names of layers and channels of the reference, with the layer's
+        self._unbounded_estimator: str | None = None
+        self._without_intervals: set[str] = set()  # layers that differ, and whose intervals a missing layer would give
 
     def add(self, module: str) -> None:
         """Compare one module; InputError if the manifest does not hold what the oracle needs."""
-        described = self._reference.described(module)
+        description = self._reference.described(module)
         try:
-            reference, case, parts = self._sides.read(module, described)
+            reference, case, parts = self._sides.read(module, description)
             # Memory that the distances of a layer that differs take, with both sides, as measured
             sizes = [layer.planes[0].size * (120 + 45 * len(layer.planes)) for layer in reference]
-            check_available(f"{self._mine.path}: distances of {module}", sum(sorted(sizes)[-_AT_ONCE:]))
+            check_available(f"{self._mine.path}: distances of {module}", sum(sorted(sizes)[-_MEASURED_AT_ONCE:]))
         except InputError as error:
             self._results.append(Result(module, "", Verdict.UNREADABLE, str(error)))
             return
-        self._named |= {name: layer.name for layer in reference for name in layer.names}
+        self._layer_of_name |= {name: layer.name for layer in reference for name in layer.names}
         if not parts:
             detail = f"{self._mine.path} has no file of it, such as {module}.exr or {module}_LAYER.npy"
             self._results.append(Result(module, "", Verdict.MISSING, detail))
             return
         name = case.parameters["estimator"] if case.stage == VIEW else "lf"
         if name != "lf" and not has_bounds(name):
-            self._unbounded = name
+            self._unbounded_estimator = name
         matcher = Matcher(parts, reference, self._storage.rules)
-        found = self._found(module, matcher, reference)
-        wanted = [layer for layer in reference if is_asked(layer.name, self._wanted)]
+        matched = self._match_layers(module, matcher, reference)
+        selected = [layer for layer in reference if is_selected(layer.name, self._layers)]
         if self._storage.formats.get("depth") == LINEAR:
             check_camera(case)
         try:
-            self._judge(module, wanted, found, case)
+            self._judge(module, selected, matched, case)
         except InputError as error:
             raise InputError(f"{self._reference.path}: its manifest is not of its textures ({error})") from error
         if _is_occlusion_wrong(module, self._results):
-            from lfssao.verify.compare.reasons import noise_of_turns  # late: only what is wrong needs it
+            from lfssao.verify.compare.reasons import turn_noise_note  # late: only what is wrong needs it
 
-            said = noise_of_turns(case), self._neighbours.note(module, case)
-            self._notes += [note for note in said if note and note not in self._notes]
-        if self._wanted is None:
+            notes = turn_noise_note(case), self._neighbours.note(module, case)
+            self._notes += [note for note in notes if note and note not in self._notes]
+        if self._layers is None:
             self._notes += [f"{module}: channel {name} is not in the reference" for name in matcher.unused()]
 
-    def _found(self, module: str, matcher: Matcher, reference: Sequence[Layer]) -> dict[str, Layer | Result]:
+    def _match_layers(self, module: str, matcher: Matcher, reference: Sequence[Layer]) -> dict[str, Layer | Result]:
         """Layers by name, or results of those that cannot be compared, but for steps of a kit's case, all optional."""
-        found: dict[str, Layer | Result] = {}
-        for right in reference:
+        matched: dict[str, Layer | Result] = {}
+        for expected in reference:
             try:
-                layer = matcher.matched(right, self._storage)
+                layer = matcher.matched(expected, self._storage)
                 if layer is not None:
-                    found[right.name] = layer
+                    matched[expected.name] = layer
             except MismatchError as error:
-                found[right.name] = Result(module, right.name, Verdict.MISMATCH, str(error))
-        for right in reference[-1:] if self._reference.kit else reference:
-            if right.name not in found:  # said after all that were found: a channel left over may be it
-                found[right.name] = Result(module, right.name, Verdict.MISSING, matcher.why_missing(right))
-        return found
+                matched[expected.name] = Result(module, expected.name, Verdict.MISMATCH, str(error))
+        for expected in reference[-1:] if self._reference.kit else reference:
+            if expected.name not in matched:  # said after all that were found: a channel left over may be it
+                matched[expected.name] = Result(module, expected.name, Verdict.MISSING, matcher.why_missing(expected))
+        return matched
 
-    def _judge(self, module: str, wanted: Sequence[Layer], found: Mapping[str, Layer | Result], case: Case) -> None:
+    def _judge(self, module: str, selected: Sequence[Layer], matched: Mapping[str, Layer | Result], case: Case) -> None:
         """Judge the layers of a module that the other renderer has; those that it may leave out are not found."""
-        layers = {name: layer for name, layer in found.items() if isinstance(layer, Layer)}
+        layers = {name: layer for name, layer in matched.items() if isinstance(layer, Layer)}
         mine = {name: layer.texture.reshape(case.outputs[name].shape) for name, layer in layers.items()}
         stored = {name: layer.stored for name, layer in layers.items() if layer.stored is not None}
-        names = [layer.name for layer in wanted if layer.name in layers]
+        names = [layer.name for layer in selected if layer.name in layers]
         case = self._with_surface(module, mine, case, names)
         if any(not equal_bits(mine[name], case.outputs[name]).all() for name in names):
-            case = self._neighbours.known(case)
+            case = self._neighbours.with_depths(case)
         if "depth" in stored and stored["depth"].linear:
-            case, mine = with_distances(case, mine, self._model)
+            case, mine = linear_case(case, mine, self._model)
             layers["depth"] = replace(layers["depth"], planes=(mine["depth"],))
             made = case.outputs["depth"]
-            wanted = [replace(each, planes=(made,)) if each.name == "depth" else each for each in wanted]
-        empty = without_background(mine, layers, case, self._background)
-        figures = partial(self._figures, module, mine, case, cache(partial(_parts, case)))
-        of, done = {right.name: right for right in wanted}, dict[str, tuple[Judgement, Future[Result]]]()
+            selected = [replace(each, planes=(made,)) if each.name == "depth" else each for each in selected]
+        backgrounds = replace_backgrounds(mine, layers, case, self._background)
+        figures = partial(self._figures, module, mine, case, cache(partial(_surface_parts, case)))
+        expected_layers = {expected.name: expected for expected in selected}
+        judged_by_name: dict[str, tuple[Judgement, Future[Result]]] = {}
 
         def judged_layers(pool: ThreadPoolExecutor) -> Iterator[tuple[str, tuple[Judgement, Future[Result]]]]:
             for name, made in judgements(mine, case, self._model, names, stored):
-                judged = with_background(made, empty[name][1]) if name in empty else made
-                yield name, (judged, pool.submit(figures, layers[name], of[name], judged))
+                judged = with_wrong_background(made, backgrounds[name][1]) if name in backgrounds else made
+                yield name, (judged, pool.submit(figures, layers[name], expected_layers[name], judged))
 
-        with ThreadPoolExecutor(_AT_ONCE) as pool:
-            panels, coming = Panels(module), ahead(judged_layers(pool))
-            for right in wanted:
-                other = found.get(right.name)
-                if isinstance(other, Result):
-                    self._results.append(other)
-                if right.name not in layers:
+        with ThreadPoolExecutor(_MEASURED_AT_ONCE) as pool:
+            panels, pending = Panels(module), ahead(judged_layers(pool))
+            for expected in selected:
+                failure = matched.get(expected.name)
+                if isinstance(failure, Result):
+                    self._results.append(failure)
+                if expected.name not in layers:
                     continue
-                while right.name not in done:
-                    done.update([next(coming)])
-                value = empty[right.name][0] if right.name in empty else None
-                own, (judged, figured) = layers[right.name], done[right.name]
-                judged = replace(judged, verdict=figured.result().verdict)
-                self._add_result(figured.result(), own, right, judged, mine, case, value)
+                while expected.name not in judged_by_name:
+                    judged_by_name.update([next(pending)])
+                value = backgrounds[expected.name][0] if expected.name in backgrounds else None
+                layer, (judged, future) = layers[expected.name], judged_by_name[expected.name]
+                judged = replace(judged, verdict=future.result().verdict)
+                self._add_result(future.result(), layer, expected, judged, mine, case, value)
                 if self._panels is None or self._panels.rank < WORST_RANK:
-                    panels.offer(own, right, judged)
-        later = {} if self._diagnoser is None else self._diagnoser.later()
+                    panels.offer(layer, expected, judged)
+        later = {} if self._diagnoser is None else self._diagnoser.late_diagnoses()
         for k, result in enumerate(self._results):
             if result.module == module and result.layer in later:
                 self._results[k] = replace(result, diagnosis=later[result.layer])
@@ -187,8 +196,8 @@ class Comparison:
 
     def _with_surface(self, module: str, mine: Arrays, case: Case, names: Sequence[str]) -> Case:
         """The case with bounds of depth and colour from the mesh, where one of them differs."""
-        seen = [name for name in names if name in ("depth", "color")]
-        if self._surface is None or all(equal_bits(mine[n], case.outputs[n]).all() for n in seen):
+        mesh_layers = [name for name in names if name in ("depth", "color")]
+        if self._surface is None or all(equal_bits(mine[name], case.outputs[name]).all() for name in mesh_layers):
             return case  # casting rays takes long
         shape = case.outputs["depth"].shape if "depth" in case.outputs else ()
         return replace(case, bounds=self._surface.bounds(self._reference.entries[module], shape, self._model))
@@ -199,79 +208,84 @@ class Comparison:
         mine: Arrays,
         case: Case,
         parts: Callable[[], Mapping[str, Flags]],
-        own: Layer,
-        right: Layer,
-        judged: Judgement,
+        layer: Layer,
+        expected: Layer,
+        judgement: Judgement,
     ) -> Result:
         """The result on a layer, but for its diagnosis."""
-        if judged.verdict is Verdict.EQUAL_BITS:
-            return result_of(module, own, right, judged, self._tolerance)
+        if judgement.verdict is Verdict.EQUAL_BITS:
+            return result_of(module, layer, expected, judgement, self._tolerance)
         from lfssao.verify.compare.reasons import reason_of  # late: only texels that differ have reasons
 
-        reason = reason_of(right.name, mine, case, judged.bounds, self._model)
-        power = self._power(right.name, mine, case, judged, own, right)
-        return result_of(module, own, right, judged, self._tolerance, reason, parts, power)
+        reason = reason_of(expected.name, mine, case, judgement.bounds, self._model)
+        power = self._power(expected.name, mine, case, judgement, layer, expected)
+        return result_of(module, layer, expected, judgement, self._tolerance, reason, parts, power)
 
     def _add_result(
         self,
         result: Result,
-        own: Layer,
-        right: Layer,
-        judged: Judgement,
+        layer: Layer,
+        expected: Layer,
+        judgement: Judgement,
         mine: Arrays,
         case: Case,
         background: float | None,
     ) -> None:
         """Add the result on a layer with its diagnosis; ``judged`` has the verdict that tolerances leave."""
-        module, name = result.module, right.name
-        if self._diagnosis and case.stage == VIEW and judged.verdict in WRONG:
-            known = own.stored, own.channels[0], background
-            found = self._with_diagnoser().diagnose(module, name, mine, case, judged, *known)
-            result = replace(result, diagnosis=found)
+        module, name = result.module, expected.name
+        if self._diagnosis and case.stage == VIEW and judgement.verdict in WRONG:
+            details = layer.stored, layer.channels[0], background
+            diagnosis = self._make_diagnoser().diagnose(module, name, mine, case, judgement, *details)
+            result = replace(result, diagnosis=diagnosis)
         self._results.append(result)
         if self._textures is not None:
-            self._textures.add(result, own, right, judged)
-        unknown = judged.verdict is Verdict.DIFFERENT and case.stage == VIEW
-        if unknown and name in without_intervals(list(case.outputs)):
-            self._without.add(name)
-        if judged.verdict is Verdict.INSIDE and result.outside and judged.bounds is not None:
-            some = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
-            limit = f"up to {judged.bounds.outliers} may look past an edge (4 standard deviations)"
-            self._notes.append(f"{module}, {name}: {some}, which only the mesh can judge (--mesh FILE); {limit}")
+            self._textures.add(result, layer, expected, judgement)
+        without_interval = judgement.verdict is Verdict.DIFFERENT and case.stage == VIEW
+        if without_interval and name in layers_without_intervals(list(case.outputs)):
+            self._without_intervals.add(name)
+        if judgement.verdict is Verdict.INSIDE and result.outside and judgement.bounds is not None:
+            texels = f"{result.outside} texel{'s' * (result.outside != 1)} outside the interval"
+            limit = f"up to {judgement.bounds.outliers} may look past an edge (4 standard deviations)"
+            self._notes.append(f"{module}, {name}: {texels}, which only the mesh can judge (--mesh FILE); {limit}")
 
-    def _with_diagnoser(self) -> "Diagnoser":
+    def _make_diagnoser(self) -> "Diagnoser":
         if self._diagnoser is None:
             from lfssao.verify.compare.diagnoser import Diagnoser  # late: what conforms needs no search
 
-            self._diagnoser = Diagnoser(self._reference, self._model, self._surface, self._more)
+            self._diagnoser = Diagnoser(self._reference, self._model, self._surface, self._other_views)
         return self._diagnoser
 
-    def _power(self, name: str, mine: Arrays, case: Case, judged: Judgement, own: Layer, right: Layer) -> Power | None:
+    def _power(
+        self, name: str, mine: Arrays, case: Case, judgement: Judgement, layer: Layer, expected: Layer
+    ) -> Power | None:
         """How much it means that a texture is inside; None where it is not, or its bounds are no intervals."""
-        if judged.verdict is not Verdict.INSIDE or judged.bounds is None:
+        if judgement.verdict is not Verdict.INSIDE or judgement.bounds is None:
             return None
-        fails = partial(self._tolerance.fails, judged.bounds, right.planes)
-        return power_of(name, mine, case, judged.bounds, own.stored, fails)
+        fails = partial(self._tolerance.fails, judgement.bounds, expected.planes)
+        return power_of(name, mine, case, judgement.bounds, layer.stored, fails)
 
     def report(self) -> Report:
         """The report on the modules that were added; InputError if a rule or layer names nothing of the reference."""
-        if self._named:
-            groups = {group_of(layer) for layer in self._named.values()} - self._storage.rules.keys()
-            for name in (*(self._wanted or ()), *self._storage.named, *self._storage.formats):
-                if name not in self._named and name not in groups:
-                    raise no_such("layer or channel of the reference", name, dict.fromkeys(self._named.values()))
+        if self._layer_of_name:
+            groups = {group_of(layer) for layer in self._layer_of_name.values()} - self._storage.rules.keys()
+            for name in (*(self._layers or ()), *self._storage.named, *self._storage.formats):
+                if name not in self._layer_of_name and name not in groups:
+                    known = dict.fromkeys(self._layer_of_name.values())
+                    raise no_such("layer or channel of the reference", name, known)
         notes = self._notes
-        if self._without:
-            names = ", ".join(sorted(self._without))
+        if self._without_intervals:
+            names = ", ".join(sorted(self._without_intervals))
             note = f"no interval is known of {names}: the reference was rendered without layers they are made of"
             notes = [note, *notes]
-        named = self._model.name if self._reference.manifest is not None else KIT_MODEL if self._reference.kit else None
+        model_name = KIT_MODEL if self._reference.kit else None
+        if self._reference.manifest is not None:
+            model_name = self._model.name
         return Report(
             mine=str(self._mine.path),
             reference=str(self._reference.path),
-            model=named,
+            model=model_name,
             exact=self._exact,
-            estimator=self._unbounded,
+            estimator=self._unbounded_estimator,
             tolerance=self._tolerance,
             kit=self._reference.kit,
             modules=len(self.modules),
@@ -283,18 +297,18 @@ class Comparison:
         )
 
 
-def _kept(exact: bool) -> "Textures":
+def _page_textures(exact: bool) -> "Textures":
     from lfssao.verify.compare.page.textures import Textures  # late: only a page keeps any
 
     return Textures(exact)
 
 
-def _parts(case: Case) -> dict[str, Flags]:
+def _surface_parts(case: Case) -> dict[str, Flags]:
     """The texels of a case's occlusion by what of the surface they see; none where depth is not known."""
     depth: Array | None = case.outputs.get("depth")
     if depth is None or depth.ndim != 2:
         return {}
-    return parts_of(depth, len(depth) - 2 * int(case.parameters.get("guard", 0)))
+    return surface_parts(depth, len(depth) - 2 * int(case.parameters.get("guard", 0)))
 
 
 def _is_occlusion_wrong(module: str, results: Sequence[Result]) -> bool:

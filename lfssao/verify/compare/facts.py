@@ -23,16 +23,16 @@ def facts_of(mine: Mine, reference: Reference, modules: Sequence[str]) -> Facts:
     """
     now = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     with reading_manifest(reference.path):
-        found = {"compared": f"{now}, by lfssao {__version__}", **_of_reference(reference.manifest or {})}
-    facts = [(name, words) for name, words in found.items() if words]
-    own = [file.path for name in modules for file in mine.files[name]]
-    for path in filter(Path.is_file, dict.fromkeys([*own, *(reference.files[name] for name in modules)])):
+        texts = {"compared": f"{now}, by lfssao {__version__}", **_reference_facts(reference.manifest or {})}
+    facts = [(name, text) for name, text in texts.items() if text]
+    paths = [file.path for name in modules for file in mine.files[name]]
+    for path in filter(Path.is_file, dict.fromkeys([*paths, *(reference.files[name] for name in modules)])):
         with suppress(OSError), path.open("rb") as file:
             facts.append((str(path), f"SHA-256 {hashlib.file_digest(file, 'sha256').hexdigest()}"))
     return tuple(facts)
 
 
-def _of_reference(manifest: Mapping[str, Any]) -> dict[str, str]:
+def _reference_facts(manifest: Mapping[str, Any]) -> dict[str, str]:
     machine, settings, sampling = (manifest.get(key) or {} for key in ("machine", "settings", "sampling"))
     views = [manifest[kind]["name"] for kind in ("display", "quilt", "lenslet") if manifest.get(kind)]
     radii = ", ".join(f"{radius:.6g}" for radius in settings.get("radii", ()))

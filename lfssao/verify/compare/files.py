@@ -55,28 +55,31 @@ class File:
         if self.shared:
             return _shared_parts(self.path, module, names, sizes)
         parts = read_image_file(self.path, sizes=sizes)
-        said = self.by_user and len(parts) == 1
-        return [replace(part, name=(self.layer if said else "") or part.name or self.layer) for part in parts]
+        named_by_user = self.by_user and len(parts) == 1
+        return [replace(part, name=(self.layer if named_by_user else "") or part.name or self.layer) for part in parts]
 
 
-def files_like(there: Sequence[Path], patterns: Files, names: Sequence[str]) -> tuple[dict[str, list[File]], set[Path]]:
+def match_files(
+    paths: Sequence[Path], patterns: Files, names: Sequence[str]
+) -> tuple[dict[str, list[File]], set[Path]]:
     """The files of each module that are like patterns, PATTERN=LAYER or PATTERN, and all that are like one.
 
     {module} and {number} stand for a module's name, or the number that it ends in, with or without zeros before it.
     InputError if no file is like a pattern, or two are of one module.
     """
     files: dict[str, list[File]] = {name: [] for name in names}
-    claimed = set()
-    words = [patterns] if isinstance(patterns, str) else patterns
-    pairs = words.items() if isinstance(words, Mapping) else [[*word.rsplit("=", 1), ""][:2] for word in words]
+    matched = set()
+    texts = [patterns] if isinstance(patterns, str) else patterns
+    pairs = texts.items() if isinstance(texts, Mapping) else [[*text.rsplit("=", 1), ""][:2] for text in texts]
     for pattern, layer in pairs:
         expression = re.sub(r"\\\{(module|number)\\\}", "(.+)", re.escape(pattern))
         found: dict[str, Path] = {}
-        for file in there:
+        for file in paths:
             match = re.fullmatch(expression, file.name)
-            fitting = [n for n in names if match and match.groups() and all(_fits(w, n) for w in match.groups())]
-            claimed |= {file} if match else set()
-            for name in fitting:
+            words = match.groups() if match else ()
+            matching = [name for name in names if words and all(_is_name_or_number(word, name) for word in words)]
+            matched |= {file} if match else set()
+            for name in matching:
                 if name in found:
                     raise InputError(f"--files: {found[name].name} and {file.name} are both '{pattern}' of {name}")
                 found[name] = file
@@ -85,10 +88,10 @@ def files_like(there: Sequence[Path], patterns: Files, names: Sequence[str]) -> 
             raise InputError(
                 f"--files: no file is '{pattern}' of a module, such as {names[0]}, with {{module}} or {{number}}"
             )
-    return files, claimed
+    return files, matched
 
 
-def _fits(word: str, name: str) -> bool:
+def _is_name_or_number(word: str, name: str) -> bool:
     """Whether a word is a module's name or its number."""
     number = re.search("[0-9]+$", name)
     return word == name or (number is not None and word.lstrip("0") == number[0].lstrip("0"))
@@ -96,21 +99,21 @@ def _fits(word: str, name: str) -> bool:
 
 def module_of(word: str, names: Sequence[str]) -> str | None:
     """The longest of the modules' names that a word begins with, as a whole word."""
-    fitting = [n for n in names if word == n or (word.startswith(n) and not word[len(n)].isalnum())]
-    return max(fitting, key=len, default=None)
+    matching = [name for name in names if word == name or (word.startswith(name) and not word[len(name)].isalnum())]
+    return max(matching, key=len, default=None)
 
 
 def holds_modules(path: Path, names: Sequence[str]) -> bool:
     """Whether parts or channels of an EXR file begin with modules' names; not if it cannot be read."""
     words: list[str] = []
 
-    def note(part: str, channels: Sequence[str]) -> bool:
+    def record(part: str, channels: Sequence[str]) -> bool:
         words.extend((part, *channels))
         return False
 
     if path.suffix.lower() == ".exr":
         with suppress(InputError):
-            read_image_file(path, keep=note)
+            read_image_file(path, keep=record)
     return any(module_of(word, names) for word in words)
 
 
@@ -124,13 +127,13 @@ def number_of(module: str) -> int:
     return int(module.rpartition("_")[2])
 
 
-def mosaics_of(there: Iterable[Path], folder: Path, manifest: Mapping[str, Any] | None) -> list[File]:
+def mosaics_of(paths: Iterable[Path], folder: Path, manifest: Mapping[str, Any] | None) -> list[File]:
     """The pictures of all views, known by their names, where the reference's folder has a quilt or a panel.
 
     InputError if the numbers of a name, or the texels of a picture, are not those of the quilt's views or the panel.
     """
-    named = [path for path in there if is_mosaic(path)]
-    if manifest is None or not named:
+    mosaics = [path for path in paths if is_mosaic(path)]
+    if manifest is None or not mosaics:
         return []
     with reading_manifest(folder), errors_of(f"{folder}: its manifest"):
         views = set_of(manifest)
@@ -141,8 +144,8 @@ def mosaics_of(there: Iterable[Path], folder: Path, manifest: Mapping[str, Any] 
             if not 0 <= number < views.count or name != f"{views.WORDS[0]}_{number:03d}":
                 raise ValueError(f"{views.WORDS[1]} are not those of the {views.KIND}: {name}")
     if isinstance(views, Quilt):
-        return [_quilt_file(path, *layout, views) for path in named if (layout := layout_of(path.stem)) is not None]
-    return [_panel_file(path, layer, views) for path in named if (layer := panel_layer(path.stem)) is not None]
+        return [_quilt_file(path, *layout, views) for path in mosaics if (layout := layout_of(path.stem)) is not None]
+    return [_panel_file(path, layer, views) for path in mosaics if (layer := panel_layer(path.stem)) is not None]
 
 
 def _quilt_file(path: Path, layer: str, columns: int, rows: int, quilt: Quilt) -> File:
@@ -159,24 +162,28 @@ def _panel_file(path: Path, layer: str, display: LensletDisplay) -> File:
     return File(path, layer, mosaic=Mosaic(path, layer, display.place))
 
 
-def _check_texels(path: Path, wanted: Size, words: str) -> None:
+def _check_texels(path: Path, expected: Size, words: str) -> None:
     size = read_image_file(path, sizes=[])[0].planes[0].shape[::-1]
-    if size != wanted:
-        raise InputError("{}: it has {}x{} texels, but {} {}x{}".format(path, *size, words, *wanted))
+    if size != expected:
+        raise InputError("{}: it has {}x{} texels, but {} {}x{}".format(path, *size, words, *expected))
 
 
 def _shared_parts(path: Path, module: str, names: Sequence[str], sizes: Collection[Size]) -> list[ImagePart]:
     """The parts and channels of a module in a file of several, without its name."""
 
-    def own(word: str) -> bool:
+    def is_of_module(word: str) -> bool:
         return module_of(word, names) == module
 
-    def rest(word: str) -> str:
-        return word[len(module) + 1 :] if own(word) else word
+    def without_module(word: str) -> str:
+        return word[len(module) + 1 :] if is_of_module(word) else word
 
-    made = []
-    for part in read_image_file(path, keep=lambda *words: own(words[0]) or any(map(own, words[1])), sizes=sizes):
-        kept = [k for k, channel in enumerate(part.channels) if own(part.name) or own(channel)]
-        channels, planes = tuple(rest(part.channels[k]) or "Y" for k in kept), tuple(part.planes[k] for k in kept)
-        made.append(replace(part, name=rest(part.name), channels=channels, planes=planes))
-    return made
+    def is_kept(part: str, channels: Sequence[str]) -> bool:
+        return is_of_module(part) or any(map(is_of_module, channels))
+
+    parts = []
+    for part in read_image_file(path, keep=is_kept, sizes=sizes):
+        indices = [k for k, channel in enumerate(part.channels) if is_of_module(part.name) or is_of_module(channel)]
+        channels = tuple(without_module(part.channels[k]) or "Y" for k in indices)
+        planes = tuple(part.planes[k] for k in indices)
+        parts.append(replace(part, name=without_module(part.name), channels=channels, planes=planes))
+    return parts

@@ -52,22 +52,22 @@ def layers_of(parts: Sequence[ImagePart]) -> list[Layer]:
     for part in parts:
         groups: dict[str, list[int]] = {}
         for k, channel in enumerate(part.channels):
-            alone = channel in _STANDARD and not _is_of_vector(channel, part)
-            prefix = channel.rpartition(".")[0] or (channel if alone else "")
+            is_standard = channel in _STANDARD and not _is_vector_z(channel, part)
+            prefix = channel.rpartition(".")[0] or (channel if is_standard else "")
             groups.setdefault(part.name or _STANDARD.get(prefix, prefix) or "image", []).append(k)
-        for name, numbers in groups.items():
-            numbers.sort(key=lambda k: _place(part.channels[k]))
-            channels, planes = tuple(part.channels[k] for k in numbers), tuple(part.planes[k] for k in numbers)
+        for name, indices in groups.items():
+            indices.sort(key=lambda k: _channel_order(part.channels[k]))
+            channels, planes = tuple(part.channels[k] for k in indices), tuple(part.planes[k] for k in indices)
             layers.append(Layer(name, channels, planes, part.margins))
     return sorted(layers, key=lambda layer: stage_order(layer.name))
 
 
-def _is_of_vector(channel: str, part: ImagePart) -> bool:
+def _is_vector_z(channel: str, part: ImagePart) -> bool:
     """Whether a channel Z is not depth but that of X, Y and Z."""
     return channel == "Z" and {"X", "Y"} <= {*part.channels}
 
 
-def _place(channel: str) -> int:
+def _channel_order(channel: str) -> int:
     """R G B A and X Y Z in that order, whatever the file's; -1 for all other names, which keep theirs."""
     last = channel.rpartition(".")[2]
     return "RGBA".find(last) if last in "RGBA" else "XYZ".find(last)
@@ -90,17 +90,17 @@ def group_of(name: str) -> str:
     return re.sub("^(ao|bent)_[0-9]+$", r"\1", name)
 
 
-def is_asked(name: str, wanted: Sequence[str] | None) -> bool:
+def is_selected(name: str, wanted: Sequence[str] | None) -> bool:
     """Whether a layer is among those that are wanted, by its name or its group's; all are by None."""
     return wanted is None or name in wanted or group_of(name) in wanted
 
 
-def without_intervals(names: Sequence[str]) -> set[str]:
+def layers_without_intervals(names: Sequence[str]) -> set[str]:
     """The layers of a rendered module whose intervals are not known, as layers that they are made of are missing."""
     bent = () if "normals" in names else ("bent_",)
-    made = ("ao_", "bent_", "merged", "blurred", "shaded")
-    ao = [name for name in names if name.startswith(bent if {"depth", "positions"} <= set(names) else made)]
-    return {*ao, *([] if "depth" in names else ["positions"]), *([] if "color" in names else ["shaded"])}
+    derived = ("ao_", "bent_", "merged", "blurred", "shaded")
+    unbounded = [name for name in names if name.startswith(bent if {"depth", "positions"} <= set(names) else derived)]
+    return {*unbounded, *([] if "depth" in names else ["positions"]), *([] if "color" in names else ["shaded"])}
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +117,7 @@ class _Channel:
 
 
 # Channels that a sentence names.
-_FEW = 6
+_MOST_TITLES = 6
 
 
 class Matcher:
@@ -142,9 +142,9 @@ class Matcher:
             return None
         for channel, candidates in zip(layer.channels, found, strict=True):
             if len(candidates) != 1:
-                what = "there is no channel" if not candidates else "there are two channels"
-                there = "" if candidates else f": it has {self._some(self._all)}"
-                raise MismatchError(f"{what} for {_full(layer.name, channel)}{there}")
+                fault = "there is no channel" if not candidates else "there are two channels"
+                known = "" if candidates else f": it has {self._titles(self._all)}"
+                raise MismatchError(f"{fault} for {_full_name(layer.name, channel)}{known}")
         chosen = [candidates[0] for candidates in found]
         self._used.update(chosen)
         margins = {c.part.margins for c in chosen}
@@ -158,9 +158,9 @@ class Matcher:
         if found is None:
             return None
         check_windows(found, layer)  # planes of another size are not decoded
-        made = storage.read(found, layer)
-        check_types(made, layer)
-        return made
+        decoded = storage.read(found, layer)
+        check_types(decoded, layer)
+        return decoded
 
     def unused(self) -> list[str]:
         """Channels of the other renderer that no layer of the reference was compared with."""
@@ -168,18 +168,18 @@ class Matcher:
 
     def why_missing(self, layer: Layer) -> str:
         """Why a layer was not found, in a sentence that names channels which may be it; called at last."""
-        ruled = [self._rules[name] for name in layer.names if name in self._rules]
-        if ruled:
-            return f"there is no layer or channel '{ruled[0]}', which --map names: it has {self._some(self._all)}"
-        left = [c for c in self._all if c not in self._used]
-        if not left:
-            return f"there is no such layer, it has {self._some(self._all)}"
-        rule = f"{left[0].title}={_full(layer.name, layer.channels[0])}"
-        return f"there is no such layer; if it is one of {self._some(left)}, say so by --map, such as --map {rule}"
+        named = [self._rules[name] for name in layer.names if name in self._rules]
+        if named:
+            return f"there is no layer or channel '{named[0]}', which --map names: it has {self._titles(self._all)}"
+        unused = [c for c in self._all if c not in self._used]
+        if not unused:
+            return f"there is no such layer, it has {self._titles(self._all)}"
+        rule = f"{unused[0].title}={_full_name(layer.name, layer.channels[0])}"
+        return f"there is no such layer; if it is one of {self._titles(unused)}, say so by --map, such as --map {rule}"
 
-    def _some(self, channels: Sequence[_Channel]) -> str:
+    def _titles(self, channels: Sequence[_Channel]) -> str:
         """Titles of the first of some channels."""
-        return ", ".join(c.title for c in channels[:_FEW]) + (", ..." if len(channels) > _FEW else "")
+        return ", ".join(c.title for c in channels[:_MOST_TITLES]) + (", ..." if len(channels) > _MOST_TITLES else "")
 
     def _by_rule(self, layer: Layer) -> list[list[_Channel]] | None:
         """Candidates of each channel where ``--map`` names the layer or any of its channels, else None."""
@@ -192,7 +192,9 @@ class Matcher:
             if len(group) != len(layer.channels):
                 raise MismatchError(f"'{name}' has {len(group)} channels, {layer.name} has {len(layer.channels)}")
             return self._in_order(layer, group)
-        rules = [self._rules.get(channel, self._rules.get(_full(layer.name, channel))) for channel in layer.channels]
+        rules = [
+            self._rules.get(channel, self._rules.get(_full_name(layer.name, channel))) for channel in layer.channels
+        ]
         if not any(rules):
             return None
         return [
@@ -204,13 +206,13 @@ class Matcher:
         """Channels of that name: in a part of the layer's name, else among those that are no other layer's."""
         others = [other for other in self._layers if other.name != layer.name]
         parts = {other.name for other in others}
-        taken = {name for other in others for name in other.channels} - set(layer.channels)
-        alike = [c for c in self._all if {"X", "Y"} <= {*layer.channels} or not _is_of_vector(c.name, c.part)]
-        named = [c for c in alike if c.part.name == layer.name]
-        free = [c for c in alike if c.part.name not in parts and c.name not in taken]
-        for group in (named, free):
+        other_names = {name for other in others for name in other.channels} - set(layer.channels)
+        channels = [c for c in self._all if {"X", "Y"} <= {*layer.channels} or not _is_vector_z(c.name, c.part)]
+        named = [c for c in channels if c.part.name == layer.name]
+        unclaimed = [c for c in channels if c.part.name not in parts and c.name not in other_names]
+        for group in (named, unclaimed):
             exact = [c for c in group if c.name == channel]
-            if found := exact or [c for c in group if c.has_name(channel, _full(layer.name, channel))]:
+            if found := exact or [c for c in group if c.has_name(channel, _full_name(layer.name, channel))]:
                 return found
         return []
 
@@ -230,7 +232,7 @@ class Matcher:
         return [[c] for c in group]
 
 
-def _full(layer: str, channel: str) -> str:
+def _full_name(layer: str, channel: str) -> str:
     """A channel's name with its layer's before it, where it has none of its own."""
     return channel if "." in channel else f"{layer}.{channel}"
 
@@ -244,8 +246,8 @@ def check_windows(mine: Layer, reference: Layer) -> None:
             )
     if mine.margins != reference.margins and mine.margins is not None and reference.margins is not None:
         sides = [", ".join(map(str, side)) for side in (mine.margins, reference.margins)]
-        where = "the display window (left, above, right, below)"
-        raise MismatchError(f"its data window is larger by {sides[0]} than {where}, the reference's by {sides[1]}")
+        window = "the display window (left, above, right, below)"
+        raise MismatchError(f"its data window is larger by {sides[0]} than {window}, the reference's by {sides[1]}")
 
 
 def check_types(mine: Layer, reference: Layer) -> None:
@@ -265,37 +267,43 @@ class Storage:
     """Formats by layer (``--stored``), and layers that are visibility (``--map X=1-merged``), checked (InputError)."""
 
     def __init__(self, formats: Mapping[str, str], rules: Mapping[str, str]) -> None:
-        for name, word in formats.items():
-            wrong = name == "positions" or (word == "srgb8" and name not in _COLORS)
-            if wrong or (word not in FORMATS and (name, word) != ("depth", LINEAR)):
+        for name, format_name in formats.items():
+            unsuited = name == "positions" or (format_name == "srgb8" and name not in _COLORS)
+            if unsuited or (format_name not in FORMATS and (name, format_name) != ("depth", LINEAR)):
                 known = f"formats are {', '.join(FORMATS)} (of colours), {LINEAR} (of depth)"
-                raise InputError(f"--stored: {name} cannot be '{word}'; {known}")
+                raise InputError(f"--stored: {name} cannot be '{format_name}'; {known}")
         self.formats, self.rules = formats, {name.removeprefix(_VISIBILITY): mine for name, mine in rules.items()}
-        self._turned = set(self.rules) - set(rules)
+        self._inverted = set(self.rules) - set(rules)
         if len(self.rules) < len(rules):
             raise InputError("--map: a layer is given twice, by itself and as 1 - it")
         self.named = set(self.rules)
         self.rules = {name: mine for name, mine in self.rules.items() if mine}  # '' is found by its own name
 
-    def read(self, mine: Layer, right: Layer) -> Layer:
+    def read(self, mine: Layer, reference: Layer) -> Layer:
         """A layer as float32, with how it was stored; MismatchError for types that are not what the user says."""
-        name, (kind, *others) = right.name, {plane.dtype.name for plane in mine.planes}
-        visibility, occlusion = not self._turned.isdisjoint((*right.names, group_of(name))), is_occlusion(name)
+        name, (dtype, *other_types) = reference.name, {plane.dtype.name for plane in mine.planes}
+        visibility, occlusion = not self._inverted.isdisjoint((*reference.names, group_of(name))), is_occlusion(name)
         if visibility and not occlusion:
             raise InputError(f"--map: {name} has no visibility, occlusion alone has (ao_1, ..., merged, blurred)")
-        word, said = "float", self.formats.get(name, self.formats.get(group_of(name)))
+        format_name, stated = "float", self.formats.get(name, self.formats.get(group_of(name)))
         if occlusion or name in (*_COLORS, "depth"):
-            word = "srgb8" if kind == "uint8" and name in _COLORS else _OF_TYPE.get(kind, word)
-        elif kind == "float16" and name.startswith(_DIRECTIONS):
-            word = "half"
-        linear, word = said == LINEAR, (said if said != LINEAR else word) or word
-        if linear and kind not in ("float32", "float16"):
-            raise MismatchError(f"it is of {kind}, distances are float32 or half")
-        if others or kind not in ("float32", FORMATS[word][0].__name__) or right.planes[0].dtype.name != "float32":
-            if said or visibility:
-                raise MismatchError(f"it is of {kind}, the reference's of {right.planes[0].dtype}: not {said or '1-'}")
+            format_name = "srgb8" if dtype == "uint8" and name in _COLORS else _OF_TYPE.get(dtype, format_name)
+        elif dtype == "float16" and name.startswith(_DIRECTIONS):
+            format_name = "half"
+        linear, format_name = stated == LINEAR, (stated if stated != LINEAR else format_name) or format_name
+        if linear and dtype not in ("float32", "float16"):
+            raise MismatchError(f"it is of {dtype}, distances are float32 or half")
+        if (
+            other_types
+            or dtype not in ("float32", FORMATS[format_name][0].__name__)
+            or reference.planes[0].dtype.name != "float32"
+        ):
+            if stated or visibility:
+                raise MismatchError(
+                    f"it is of {dtype}, the reference's of {reference.planes[0].dtype}: not {stated or '1-'}"
+                )
             return mine
-        if word == "float" and not visibility and not linear:
+        if format_name == "float" and not visibility and not linear:
             return mine
-        stored = TextureFormat(word, visibility, name == "depth", linear)
+        stored = TextureFormat(format_name, visibility, name == "depth", linear)
         return replace(mine, planes=tuple(stored.read(plane) for plane in mine.planes), stored=stored)

@@ -27,29 +27,33 @@ def check_camera(case: Case) -> None:
         raise InputError("--stored: depth cannot be 'linear': the reference is not of a camera")
 
 
-def with_distances(case: Case, mine: Arrays, model: ErrorModel) -> tuple[Case, dict[str, Array]]:
+def linear_case(case: Case, mine: Arrays, model: ErrorModel) -> tuple[Case, dict[str, Array]]:
     """The case of a linear view, and the renderer's textures, whose depth holds distances, infinite for no surface.
 
     No surface is infinity, 0, or from the far plane on. Positions that the renderer did not write are those of its
     distances. Bounds of depth are among the case's.
     """
-    view, own = described_view(case.parameters), mine["depth"]
+    view, distances = described_view(case.parameters), mine["depth"]
     far = float(view.lens[5])
-    own = np.where((own == 0) | (own >= far * _FARTHEST), own.dtype.type(np.inf), own)
-    mine = {**mine, "depth": own}
+    distances = np.where((distances == 0) | (distances >= far * _FARTHEST), distances.dtype.type(np.inf), distances)
+    mine = {**mine, "depth": distances}
     if view.linear:
         return case, mine
-    linear, right, outputs = linear_view(view), case.outputs["depth"], dict(case.outputs)
-    outputs["depth"] = _distance(view, right).astype(np.float32)
-    if "positions" in outputs and "positions" not in mine and not np.isnan(own).any():
-        outputs["positions"] = _positions(linear, own)
-    parameters = {**case.parameters, **view_parameters(linear), "distance_off": _conversion_error(view, own, model)}
-    known = case.bounds.get("depth") or texture_depth_bounds(right, model)
-    bounds = exact_bounds(outputs["depth"]) if model.exact else _in_distances(view, known, model)
+    linear, depth, outputs = linear_view(view), case.outputs["depth"], dict(case.outputs)
+    outputs["depth"] = _distances_of_depth(view, depth).astype(np.float32)
+    if "positions" in outputs and "positions" not in mine and not np.isnan(distances).any():
+        outputs["positions"] = _positions(linear, distances)
+    parameters = {
+        **case.parameters,
+        **view_parameters(linear),
+        "distance_off": _conversion_error(view, distances, model),
+    }
+    depth_bounds = case.bounds.get("depth") or texture_depth_bounds(depth, model)
+    bounds = exact_bounds(outputs["depth"]) if model.exact else _distance_bounds(view, depth_bounds, model)
     return replace(case, parameters=parameters, outputs=outputs, bounds={**case.bounds, "depth": bounds}), mine
 
 
-def _distance(view: View, depth: Texture) -> FloatArray:
+def _distances_of_depth(view: View, depth: Texture) -> FloatArray:
     """Distances of screen space z."""
     d = np.where(depth < np.inf, depth.astype(np.float64), 0.0)
     return np.where(depth < np.inf, view.cast_z(d), np.inf)
@@ -72,7 +76,7 @@ def _conversion_error(view: View, distances: Texture, model: ErrorModel) -> Floa
     return np.where(np.isfinite(z), np.fmax(upper - z, z - lower), 0.0)
 
 
-def _in_distances(view: View, bounds: Bounds, model: ErrorModel) -> Bounds:
+def _distance_bounds(view: View, bounds: Bounds, model: ErrorModel) -> Bounds:
     """Bounds of the distances that renderers make of screen space z within bounds."""
 
     def ends(lower: Texture, upper: Texture) -> tuple[Texture, Texture]:

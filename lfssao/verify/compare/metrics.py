@@ -33,12 +33,12 @@ class Metrics:
 
 def ulp_distance(a: Plane, b: Plane) -> NDArray[np.uint64]:
     """Number of representable numbers from a to b, finite ones of one type."""
-    x, y = _ordered(a), _ordered(b)
+    x, y = _ordered_integers(a), _ordered_integers(b)
     # A distance of float64 may exceed int64; the wrapped difference is right as an unsigned number.
     return np.where(x < y, y - x, x - y).view(np.uint64)
 
 
-def _ordered(a: Plane) -> NDArray[np.int64]:
+def _ordered_integers(a: Plane) -> NDArray[np.int64]:
     """Integers in the order of the numbers, neighbours 1 apart."""
     if a.dtype.kind != "f":
         return a.astype(np.int64)
@@ -49,11 +49,11 @@ def _ordered(a: Plane) -> NDArray[np.int64]:
 
 def _max_ulp(x: Plane, y: Plane) -> int | None:
     """Greatest distance of finite numbers, (n,), in ulp; None where it means nothing."""
-    apart = ulp_distance(x, y)
-    most = int(apart.max(initial=0))
+    distances = ulp_distance(x, y)
+    most = int(distances.max(initial=0))
     if most == 0:
         return 0
-    a, b = (side[apart.argmax()] for side in (x, y))
+    a, b = (side[distances.argmax()] for side in (x, y))
     tiny = np.finfo(x.dtype).tiny if x.dtype.kind == "f" else np.inf
     return most if most <= 2**20 and (min(a, b) >= tiny or max(a, b) <= -tiny) else None
 
@@ -65,13 +65,13 @@ def measure(mine: Planes, reference: Planes) -> Metrics:
     count = int(differing.sum())
     if count == 0:
         return Metrics(differing.size, 0)
-    both = np.isfinite(a) & np.isfinite(b)
-    x, y = a[both], b[both]
-    error = np.abs(x.astype(np.float64) - y.astype(np.float64)) if both.any() else np.zeros(1)
+    finite = np.isfinite(a) & np.isfinite(b)
+    x, y = a[finite], b[finite]
+    error = np.abs(x.astype(np.float64) - y.astype(np.float64)) if finite.any() else np.zeros(1)
     rmse = sqrt(float((error * error).mean()))
     nan_a, nan_b, (low, high) = np.isnan(a), np.isnan(b), span(b)
     peak = high - low
-    infinite = (np.isinf(a) | np.isinf(b)) & ~nan_a & ~nan_b & (a != b)
+    infinities = (np.isinf(a) | np.isinf(b)) & ~nan_a & ~nan_b & (a != b)
     return Metrics(
         texels=differing.size,
         differing=count,
@@ -80,9 +80,9 @@ def measure(mine: Planes, reference: Planes) -> Metrics:
         mean_error=float(error.mean()),
         rmse=rmse,
         psnr=float(20 * np.log10(peak / rmse)) if rmse > 0 and peak > 0 else None,
-        ssim=_ssim(a, b, both, peak),
+        ssim=_ssim(a, b, finite, peak),
         nan_mismatches=int((nan_a != nan_b).sum()),
-        infinity_mismatches=int(infinite.sum()),
+        infinity_mismatches=int(infinities.sum()),
     )
 
 
@@ -105,7 +105,7 @@ def difference(mine: Planes, reference: Planes) -> NDArray[np.float64]:
     return most
 
 
-def _ssim(a: Plane, b: Plane, both: Flags, peak: float) -> float | None:
+def _ssim(a: Plane, b: Plane, finite: Flags, peak: float) -> float | None:
     """SSIM of scikit-image; numbers that are not finite in both are given one value in both."""
     side = min(7, *a.shape[1:])
     side -= 1 - side % 2
@@ -114,8 +114,8 @@ def _ssim(a: Plane, b: Plane, both: Flags, peak: float) -> float | None:
     from skimage.metrics import structural_similarity  # late: only what differs needs it
 
     values = []
-    for x, y, finite in zip(a, b, both, strict=True):
-        fill = float(y[finite].mean(dtype=np.float64)) if finite.any() else 0.0
-        images = (np.where(finite, image, fill).astype(np.float64) for image in (x, y))
+    for x, y, known in zip(a, b, finite, strict=True):
+        fill = float(y[known].mean(dtype=np.float64)) if known.any() else 0.0
+        images = (np.where(known, image, fill).astype(np.float64) for image in (x, y))
         values.append(float(structural_similarity(*images, win_size=side, data_range=peak)))
     return sum(values) / len(values)

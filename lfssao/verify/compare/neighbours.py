@@ -14,12 +14,12 @@ from lfssao.errors import InputError, LfssaoError
 from lfssao.gbuffer.caster import DepthCache
 from lfssao.optics.view import View
 from lfssao.verify.case import Array, Case, depth_of, described_view
-from lfssao.verify.compare.background import found_background, replaced
+from lfssao.verify.compare.background import background_value, with_infinity
 from lfssao.verify.compare.layers import Layer, Matcher, Storage
 from lfssao.verify.compare.source import Mine, Reference
 from lfssao.verify.compare.surface import Surface
 
-_KEPT = 17  # depth textures in memory: modules in turn need twice as many as they ask, and one
+_CACHED = 17  # depth textures in memory: modules in turn need twice as many as they ask, and one
 
 
 class Neighbours:
@@ -30,57 +30,57 @@ class Neighbours:
     ) -> None:
         self._reference, self._mine, self._storage = reference, mine, storage
         self._surface, self._background = surface, background
-        self._depth = lru_cache(_KEPT)(self._find_depth)
+        self._depth = lru_cache(_CACHED)(self._find_depth_texture)
         self._views: dict[str, View] = {}  # of modules that were asked, by name
-        self._own: set[str] = set()  # modules whose depth is the other renderer's
+        self._rendered: set[str] = set()  # modules whose depth is the other renderer's
 
-    def known(self, case: Case) -> Case:
+    def with_depths(self, case: Case) -> Case:
         """The case with the depth of each module that it asks among its inputs, as far as that is at hand."""
         depths: dict[str, Array] = {}
-        for each in case.parameters.get("neighbours") or ():
-            self._views[each["name"]] = described_view(each)
-            depth = self._depth(each["name"])
+        for neighbour in case.parameters.get("neighbours") or ():
+            self._views[neighbour["name"]] = described_view(neighbour)
+            depth = self._depth(neighbour["name"])
             if depth is not None:
-                depths[depth_of(each["name"])] = depth
+                depths[depth_of(neighbour["name"])] = depth
         return replace(case, inputs={**case.inputs, **depths})
 
     def note(self, module: str, case: Case) -> str:
         """A sentence on depth that is not the other renderer's own, or not at hand; '' if all is its own."""
-        asked = case.parameters.get("neighbours", ())
-        if asked is None:
+        neighbours = case.parameters.get("neighbours", ())
+        if neighbours is None:
             return f"{module}: no interval of occlusion is known, as the manifest does not say which modules it asks"
-        there = self.known(case).inputs
-        lacking = [each["name"] for each in asked if depth_of(each["name"]) not in there]
-        if lacking:
-            names = ", ".join(lacking)
+        inputs = self.with_depths(case).inputs
+        missing = [neighbour["name"] for neighbour in neighbours if depth_of(neighbour["name"]) not in inputs]
+        if missing:
+            names = ", ".join(missing)
             return f"{module}: no interval of occlusion is known: it asks {names}, whose depth --mesh FILE would give"
-        others = ", ".join(each["name"] for each in asked if each["name"] not in self._own)
+        others = ", ".join(neighbour["name"] for neighbour in neighbours if neighbour["name"] not in self._rendered)
         return others and f"{module}: it asks {others}, whose depth is the reference's: the renderer's own is missing"
 
-    def _find_depth(self, module: str) -> Array | None:
+    def _find_depth_texture(self, module: str) -> Array | None:
         """The depth of a module: the other renderer's, else the reference's, else cast; None if none can be had."""
         if module not in self._reference.files:
             return self._cast(module)
         with suppress(InputError):  # a file that cannot be read is named where it is compared
             layers, _ = self._reference.read(module, self._reference.described(module))
-            for right in layers:
-                if right.name == "depth":
-                    own = self._own_depth(module, right, layers)
-                    if own is not None:
-                        self._own.add(module)
-                    return right.texture if own is None else own
+            for expected in layers:
+                if expected.name == "depth":
+                    rendered = self._rendered_depth(module, expected, layers)
+                    if rendered is not None:
+                        self._rendered.add(module)
+                    return expected.texture if rendered is None else rendered
         return self._cast(module)
 
-    def _own_depth(self, module: str, right: Layer, layers: list[Layer]) -> Array | None:
+    def _rendered_depth(self, module: str, expected: Layer, layers: list[Layer]) -> Array | None:
         """The other renderer's depth of a module with the reference's background; None if it cannot be used."""
         with suppress(InputError):
-            parts = self._mine.parts(module, {right.planes[0].shape[::-1]})
-            found = Matcher(parts, layers, self._storage.rules).matched(right, self._storage)
-            if found is None or np.isnan(found.texture).any():
+            parts = self._mine.parts(module, {expected.planes[0].shape[::-1]})
+            layer = Matcher(parts, layers, self._storage.rules).matched(expected, self._storage)
+            if layer is None or np.isnan(layer.texture).any():
                 return None
-            depth, value = found.texture, self._background
-            value = found_background("depth", depth, right.texture) if value is None else value
-            return depth if value is None else replaced(depth, value)[0]
+            depth, value = layer.texture, self._background
+            value = background_value("depth", depth, expected.texture) if value is None else value
+            return depth if value is None else with_infinity(depth, value)[0]
         return None
 
     def _cast(self, module: str) -> Array | None:
@@ -89,8 +89,8 @@ class Neighbours:
         caster = None if self._surface is None else self._surface.caster(entry)
         if caster is None:
             return None
-        how = (self._reference.manifest or {})["settings"].get("caster", "exact")
+        kind = (self._reference.manifest or {})["settings"].get("caster", "exact")
         with suppress(LfssaoError):
-            ((_, depth),) = DepthCache(caster, 1).neighbours((self._views[module],), how)
+            ((_, depth),) = DepthCache(caster, 1).neighbours((self._views[module],), kind)
             return depth
         return None

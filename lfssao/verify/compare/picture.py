@@ -29,16 +29,16 @@ class Panels:
         self.rank = 0
         self.rows: list[dict[str, Any]] = []
 
-    def offer(self, mine: Layer, reference: Layer, judged: Judgement) -> None:
+    def offer(self, mine: Layer, reference: Layer, judgement: Judgement) -> None:
         """Keep a stage; the first alone of those with equal bits, until one differs."""
-        verdict = judged.verdict
+        verdict = judgement.verdict
         rank = 0 if verdict is Verdict.EQUAL_BITS else 1 if verdict.code < FAILED else WORST_RANK
         if (self.rows and rank == 0) or len(self.rows) >= _MOST_ROWS:
             return
         if self.rank == 0:
             self.rows = []
         self.rank = max(self.rank, rank)
-        differing, outside = texels(judged.differing), texels(judged.outside)
+        differing, outside = texels(judgement.differing), texels(judgement.outside)
         step = step_of(differing.shape)
         self.rows.append(
             {
@@ -99,16 +99,16 @@ def save_panels(panels: Panels | None, path: Path) -> None:
     figure = Figure(figsize=(14, 1.0 + 2.7 * len(rows)), layout="constrained")
     grid = figure.subplots(len(rows), 4, squeeze=False)
     for axes, row in zip(grid, rows, strict=True):
-        for place, name in zip(axes, ("reference", "mine"), strict=False):
-            place.imshow(row[name], interpolation="nearest")
-            place.set_title(name, fontsize="medium")
+        for plot, name in zip(axes, ("reference", "mine"), strict=False):
+            plot.imshow(row[name], interpolation="nearest")
+            plot.set_title(name, fontsize="medium")
         axes[0].set_ylabel(row["title"], fontsize="medium")
         _draw_difference(figure, axes[2], row["difference"])
         axes[3].imshow(row["verdict"], cmap=ListedColormap(_COLORS), vmin=0, vmax=2, interpolation="nearest")
         axes[3].set_title("verdict", fontsize="medium")
-        for place in axes:
-            place.set_xticks([])
-            place.set_yticks([])
+        for plot in axes:
+            plot.set_xticks([])
+            plot.set_yticks([])
     figure.suptitle(panels.module)
     patches = [Patch(color=c, label=text) for c, text in zip(_COLORS, _MEANINGS, strict=True)]
     figure.legend(handles=patches, loc="outside lower center", ncols=3, fontsize="medium")
@@ -124,7 +124,7 @@ def _draw_difference(figure: Any, axes: Any, difference: NDArray[np.float64]) ->
     colors = colormaps["viridis"].with_extremes(bad="#e6e6e6", over="magenta")
     low, high = scale_of(difference)
     # Equal numbers are masked, as a logarithm has no place for them; infinite ones are `over`.
-    held = np.where(np.isfinite(difference), np.clip(difference, low, high), 2 * high)
-    shown = np.ma.masked_array(held, difference == 0)
+    clipped = np.where(np.isfinite(difference), np.clip(difference, low, high), 2 * high)
+    shown = np.ma.masked_array(clipped, difference == 0)
     image = axes.imshow(shown, cmap=colors, norm=LogNorm(low, high), interpolation="nearest")
     figure.colorbar(image, ax=axes, shrink=0.8)

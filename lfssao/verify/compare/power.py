@@ -51,27 +51,27 @@ class Power:
 
 
 @dataclass(frozen=True, eq=False)
-class _Shown:
+class _ShownOcclusion:
     """The AO that a texture shows."""
 
-    own: Texture  # (H, W), the renderer's
-    right: Texture  # the reference's
+    rendered: Texture  # (H, W), the renderer's
+    reference: Texture  # the reference's
     image: Texture | None = None  # (H, W, 3) that 1 - AO is multiplied into; None where the texture is AO itself
 
     def scaled(self, factor: float, stored: TextureFormat | None) -> Texture:
         """The texture with AO times a factor, as it is read where it is stored."""
-        ao = self.own * np.float32(factor)
-        made = ao if self.image is None else shade(self.image, ao)
-        return made if stored is None else stored.round_trip(made)
+        ao = self.rendered * np.float32(factor)
+        texture = ao if self.image is None else shade(self.image, ao)
+        return texture if stored is None else stored.round_trip(texture)
 
     def share(self, surface: Flags) -> float:
         """Share of the surface's texels with AO above DARK, or with an image that AO takes as much from."""
         if not surface.any():
             return 0.0
-        taken = np.maximum(self.own[surface], self.right[surface])
+        darkening = np.maximum(self.rendered[surface], self.reference[surface])
         if self.image is not None:
-            taken = taken * self.image[surface].T.max(axis=0)
-        return float((taken > DARK).mean())
+            darkening = darkening * self.image[surface].T.max(axis=0)
+        return float((darkening > DARK).mean())
 
 
 def power_of(name: str, mine: Arrays, case: Case, bounds: Bounds, stored: TextureFormat | None, fails: Fails) -> Power:
@@ -83,7 +83,7 @@ def power_of(name: str, mine: Arrays, case: Case, bounds: Bounds, stored: Textur
     """
     shape = bounds.lower.shape[:2]
     surface = _surface(case, shape)
-    shown = _shown(name, mine, case)
+    shown = _shown_occlusion(name, mine, case)
     width = _median_width(bounds, surface)
     if shown is None:
         return Power(width)
@@ -91,8 +91,8 @@ def power_of(name: str, mine: Arrays, case: Case, bounds: Bounds, stored: Textur
     factor = next((factor for factor in FACTORS if fails(shown.scaled(factor, stored))), None)
     if share < SHARE or case.stage != VIEW:
         return Power(width, factor, share)
-    judged = interval_verdict(bounds.outside(shown.scaled(WEAK, stored)), bounds.outliers)
-    return Power(width, factor, share, judged is Verdict.INSIDE)
+    verdict = interval_verdict(bounds.outside(shown.scaled(WEAK, stored)), bounds.outliers)
+    return Power(width, factor, share, verdict is Verdict.INSIDE)
 
 
 def _median_width(bounds: Bounds, surface: Flags) -> float:
@@ -110,12 +110,12 @@ def _surface(case: Case, shape: tuple[int, ...]) -> Flags:
     return surface
 
 
-def _shown(name: str, mine: Arrays, case: Case) -> _Shown | None:
+def _shown_occlusion(name: str, mine: Arrays, case: Case) -> _ShownOcclusion | None:
     """The AO that a texture shows; None where none goes into it, or its image or AO are not known."""
     if is_occlusion(name) or name == "occlusion":
-        return _Shown(mine[name], case.outputs[name])
+        return _ShownOcclusion(mine[name], case.outputs[name])
     inputs = stage_inputs(mine, case)
     if name != "shaded" or not {"image", "blurred"} <= set(inputs):
         return None
-    right = case.outputs.get("blurred", inputs["blurred"])
-    return _Shown(inputs["blurred"], right, without_guard(inputs["image"], int(case.parameters["guard"])))
+    reference = case.outputs.get("blurred", inputs["blurred"])
+    return _ShownOcclusion(inputs["blurred"], reference, without_guard(inputs["image"], int(case.parameters["guard"])))

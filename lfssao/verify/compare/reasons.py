@@ -38,17 +38,17 @@ def reason_of(name: str, mine: Arrays, case: Case, bounds: Bounds | None, model:
         known = [texture for texture in textures if texture is not None]
         return lambda texel: ("the radii have " + ", ".join(f"{t[texel[::-1]]:.7g}" for t in known)) if known else ""
     if name in ("depth", "color") and bounds is not None and name in case.bounds and bounds.ranges is None:
-        near = f"nine rays into the mesh, within {model.centre:.2g} texel of the texel's centre, see"
+        rays = f"nine rays into the mesh, within {model.centre:.2g} texel of the texel's centre, see"
 
         def seen(texel: tuple[int, int]) -> str:
             missed = name == "depth" and bounds.lower[texel[::-1]] == np.inf
-            return f"{near} {'nothing' if missed else f'this interval of {name}'}"
+            return f"{rays} {'nothing' if missed else f'this interval of {name}'}"
 
         return seen
     return lambda _: _REASONS.get(name, "")
 
 
-def noise_of_turns(case: Case) -> str:
+def turn_noise_note(case: Case) -> str:
     """A sentence on samples that turn by a hash so large that float32 rounds it to noise; '' of others."""
     rotation = case.parameters.get("rotation", "none")
     if case.stage != VIEW or "depth" not in case.outputs:
@@ -69,20 +69,22 @@ def _occlusion_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
     parameters = case.parameters
     if parameters["estimator"] != "lf":
         return _undecided_reason(k, mine, case, bounds, model)
-    guard, back, inputs = parameters["guard"], parameters["screen_to_world"], stage_inputs(mine, case)
+    guard, inverse, inputs = parameters["guard"], parameters["screen_to_world"], stage_inputs(mine, case)
     depth, positions = inputs.get("depth"), inputs.get("positions")
-    if depth is None or (positions is None and back is None):
+    if depth is None or (positions is None and inverse is None):
         return lambda _: ""
     turns, samples, radius = described_turns(parameters, inputs), inputs["samples"], parameters["radii"][k]
-    image, room = image_depth(described_view(parameters), depth, model)
+    image, depth_error = image_depth(described_view(parameters), depth, model)
 
     @cache
-    def explained() -> Callable[[tuple[int, int]], list[Sample]]:  # made when the first texel asks
-        return explainer(image, positions, described_mapping(parameters), samples, radius, model, back, turns, room)
+    def make_explainer() -> Callable[[tuple[int, int]], list[Sample]]:  # made when the first texel asks
+        return explainer(
+            image, positions, described_mapping(parameters), samples, radius, model, inverse, turns, depth_error
+        )
 
     def reason(texel: tuple[int, int]) -> str:
-        found = explained()((texel[0] + guard, texel[1] + guard))
-        return str(found[0]) if found else "no surface is seen there"
+        samples_of_texel = make_explainer()((texel[0] + guard, texel[1] + guard))
+        return str(samples_of_texel[0]) if samples_of_texel else "no surface is seen there"
 
     return reason
 
@@ -93,14 +95,14 @@ def _undecided_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
     if undecided is None:
         return lambda _: ""
     points, depth, guard = case.inputs.get("points"), stage_inputs(mine, case).get("depth"), case.parameters["guard"]
-    which = "taps" if points is None else f"of {len(points)} points"
-    told = _terms_reason(k, mine, case, model)
+    sample_kind = "taps" if points is None else f"of {len(points)} points"
+    nearest_term = _terms_reason(k, mine, case, model)
 
     def reason(texel: tuple[int, int]) -> str:
         column, row = texel
         if depth is not None and not depth[row + guard, column + guard] < np.inf:
             return "no surface is seen there"
-        return f"{undecided[row, column]} {which} are undecided{told(texel)}"
+        return f"{undecided[row, column]} {sample_kind} are undecided{nearest_term(texel)}"
 
     return reason
 
@@ -113,11 +115,11 @@ def _terms_reason(k: int, mine: Arrays, case: Case, model: ErrorModel) -> Reason
     name, radius, guard = parameters["estimator"], parameters["radii"][k], parameters["guard"]
 
     @cache
-    def told() -> Callable[[int, int], FloatArray]:  # made when the first texel asks
+    def make_tracer() -> Callable[[int, int], FloatArray]:  # made when the first texel asks
         return term_tracer(described_problem(parameters, inputs, radius, model), radius, name)
 
     def reason(texel: tuple[int, int]) -> str:
-        found = sorted_terms(told()(texel[1] + guard, texel[0] + guard), inputs["depth"].shape)
-        return f"; {found[0]}" if found else ""
+        nearest = sorted_terms(make_tracer()(texel[1] + guard, texel[0] + guard), inputs["depth"].shape)
+        return f"; {nearest[0]}" if nearest else ""
 
     return reason

@@ -139,12 +139,12 @@ class Report:
 
     def _lines(self) -> Iterator[str]:
         known = "no interval is known" if self.model is None else f"intervals of the error model '{self.model}'"
-        many = _count(self.modules, "case" if self.kit else "module")
-        yield f"{self.mine} against {self.reference}: {many}, {known}{self.tolerance}"
+        modules = _count(self.modules, "case" if self.kit else "module")
+        yield f"{self.mine} against {self.reference}: {modules}, {known}{self.tolerance}"
         if self.estimator is not None:
             yield f"ao_1, ... of estimator {self.estimator} must have equal values: no intervals of it are known"
-        how = {(stage_order(r.layer), f"{r.layer}: {r.stored}") for r in self.results if r.stored}
-        for _, words in sorted(how):
+        formats = {(stage_order(r.layer), f"{r.layer}: {r.stored}") for r in self.results if r.stored}
+        for _, words in sorted(formats):
             yield f"{words}; its interval is wider by that, and later stages are judged on what is read of it"
         yield ""
         yield from _table(self.summary())
@@ -152,7 +152,7 @@ class Report:
         explained = {place for cause in self.causes for place in cause.places}
         for result in failing[:_MOST_LINES]:
             yield f"{result.place}: {result.sentence}"
-            yield from (f"  {found.words(part)}" for part, found in result.agreement.items())
+            yield from (f"  {agreement.words(part)}" for part, agreement in result.agreement.items())
             if result.diagnosis is not None and result.place not in explained:
                 yield f"  {result.diagnosis.words(result.module)}"
         if len(failing) > _MOST_LINES:
@@ -171,10 +171,10 @@ class Report:
         first = self.first_difference
         if first is not None:
             yield f"first that differs: {first.place} ({first.verdict.title})"
-        yield from (f"diagnosis: {self._words_of(cause)}" for cause in self.causes)
+        yield from (f"diagnosis: {self._cause_sentence(cause)}" for cause in self.causes)
         yield self.outcome
 
-    def _words_of(self, cause: "Cause") -> str:
+    def _cause_sentence(self, cause: "Cause") -> str:
         """A cause in a sentence: of one texture alone its diagnosis, which says how many texels it decides."""
         alone = [r for r in self.results if len(cause.places) == 1 and r.place in cause.places]
         return next((r.diagnosis.words(r.module) for r in alone if r.diagnosis is not None), cause.words)
@@ -183,19 +183,19 @@ class Report:
         """A line a stage that is inside: the module in which that means least."""
         for _, results in self._stages():
             inside = [result for result in results if result.power is not None]
-            weakest = min(inside, key=_strength, default=None)
+            weakest = min(inside, key=_weakness, default=None)
             if weakest is not None:
-                among = f" (the weakest of {len(inside)})" if len(inside) > 1 else ""
-                yield f"{weakest.place}: {weakest.verdict.short}; {weakest.power}{among}"
+                count = f" (the weakest of {len(inside)})" if len(inside) > 1 else ""
+                yield f"{weakest.place}: {weakest.verdict.short}; {weakest.power}{count}"
 
     def weak_stages(self) -> Iterator[str]:
         """A warning on each stage that is inside its interval weakly in some modules."""
         for name, results in self._stages():
             weak = [result.module for result in results if result.verdict is Verdict.INSIDE_WEAKLY]
             if weak:
-                some = ", ".join([*weak[:_MOST_NAMES], *["..."] * (len(weak) > _MOST_NAMES)])
+                names = ", ".join([*weak[:_MOST_NAMES], *["..."] * (len(weak) > _MOST_NAMES)])
                 count = _count(len(weak), "case" if self.kit else "module")
-                yield f"{name} of {count} is inside, weakly: AO x {WEAK:g} would be inside as well ({some})"
+                yield f"{name} of {count} is inside, weakly: AO x {WEAK:g} would be inside as well ({names})"
 
     def _stages(self) -> list[tuple[str, list[Result]]]:
         """Layers and their results, in the order of the stages."""
@@ -207,18 +207,23 @@ class Report:
     def _missing_lines(self) -> Iterator[str]:
         """A line on modules, or cases, that are not given, one on layers, one on how the first of them is found."""
         missing = [r for r in self.results if _is_missing(r)]
-        words, noun = ("not tried", "case") if self.kit else ("not given", "module")
-        whole = [r.module for r in missing if self.kit or not r.layer]
-        if whole:
-            some = ", ".join([*whole[:_MOST_NAMES], *["..."] * (len(whole) > _MOST_NAMES)])
-            given = [r.module for r in self.results if self.kit and r.module not in whole]
-            yield f"{words}: {len(whole)} of {_count(self.modules, noun)} ({some}){_try('cases', given)}"
-        layers = Counter(r.layer for r in missing if r.module not in whole)
+        words, unit = ("not tried", "case") if self.kit else ("not given", "module")
+        modules = [r.module for r in missing if self.kit or not r.layer]
+        if modules:
+            names = ", ".join([*modules[:_MOST_NAMES], *["..."] * (len(modules) > _MOST_NAMES)])
+            given = [r.module for r in self.results if self.kit and r.module not in modules]
+            yield f"{words}: {len(modules)} of {_count(self.modules, unit)} ({names}){_option_hint('cases', given)}"
+        layers = Counter(r.layer for r in missing if r.module not in modules)
         if layers:
-            names = {n: ", ".join(layer for layer in layers if layers[layer] == n) for n in layers.values()}
-            told = (f"{some} ({_count(n, 'module')}{' each' * (', ' in some)})" for n, some in names.items())
+            layers_of_count = {
+                number: ", ".join(layer for layer in layers if layers[layer] == number) for number in layers.values()
+            }
+            layer_lines = (
+                f"{names} ({_count(number, 'module')}{' each' * (', ' in names)})"
+                for number, names in layers_of_count.items()
+            )
             given = [r.layer for r in self.results if r.layer and r.layer not in layers]
-            yield f"not given: {', '.join(told)}{_try('layers', given)}"
+            yield f"not given: {', '.join(layer_lines)}{_option_hint('layers', given)}"
         yield from (f"  {r.place}: {r.detail}" for r in missing[:1])
 
     def summary(self) -> list[list[str]]:
@@ -226,9 +231,9 @@ class Report:
         rows = [["stage", *_COUNTS, *_FIGURES]]
         rows += [_row(name or "(whole module)", results) for name, results in self._stages()]
         weak = any(result.verdict is Verdict.INSIDE_WEAKLY for result in self.results)
-        unused = {"weakly": not weak, "tolerated": not self.tolerance}
-        shown = [k for k, head in enumerate(rows[0]) if not unused.get(head, False)]
-        return [[row[k] for k in shown] for row in rows]
+        is_unused = {"weakly": not weak, "tolerated": not self.tolerance}
+        columns = [k for k, head in enumerate(rows[0]) if not is_unused.get(head, False)]
+        return [[row[k] for k in columns] for row in rows]
 
     def as_dict(self) -> dict[str, Any]:
         """The whole report as JSON can hold it: infinite and undefined numbers are strings or null."""
@@ -315,7 +320,7 @@ def _path(path: str | Path) -> Path:
     return Path(path)
 
 
-def _strength(result: Result) -> tuple[float, float]:
+def _weakness(result: Result) -> tuple[float, float]:
     """A key that sorts results that are inside: first those that could be farthest off."""
     power = result.power or Power(0.0)
     return (power.factor or 0.0), -power.width
@@ -329,7 +334,7 @@ def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'s' * (number != 1)}"
 
 
-def _try(option: str, names: list[str]) -> str:
+def _option_hint(option: str, names: list[str]) -> str:
     return f"; compare what is there by --{option} {','.join(dict.fromkeys(names))}" if names else ""
 
 

@@ -31,10 +31,10 @@ class Tolerance:
 
     def __post_init__(self) -> None:
         for name, option, most in (("fail", "--fail", 1e300), ("percent", "--fail-percent", 100.0)):
-            given = getattr(self, name)
-            if not 0 <= as_number(given) <= most:
-                raise InputError(f"{option}: {shown(given)} is not a number from 0 to {most:g}")
-            object.__setattr__(self, name, as_number(given))
+            value = getattr(self, name)
+            if not 0 <= as_number(value) <= most:
+                raise InputError(f"{option}: {shown(value)} is not a number from 0 to {most:g}")
+            object.__setattr__(self, name, as_number(value))
 
     def __bool__(self) -> bool:
         return bool(self.fail > 0 or self.percent > 0)
@@ -42,19 +42,19 @@ class Tolerance:
     def __str__(self) -> str:
         return f", tolerances --fail {self.fail:g} --fail-percent {self.percent:g}" if self else ""
 
-    def judge(self, judged: Judgement, mine: Planes, reference: Planes) -> tuple[Verdict, int]:
+    def judge(self, judgement: Judgement, mine: Planes, reference: Planes) -> tuple[Verdict, int]:
         """The verdict, WITHIN where a wrong texture passes; the number of its texels that differ by more."""
-        outside = texels(judged.outside)
+        outside = texels(judgement.outside)
         beyond = int((outside & (difference(mine, reference) > self.fail) if self.fail > 0 else outside).sum())
-        most = max(0 if judged.bounds is None else judged.bounds.outliers, self.percent * outside.size / 100)
-        passes = self and judged.verdict.code == FAILED and beyond <= most
-        return (Verdict.WITHIN if passes else judged.verdict), beyond
+        limit = max(0 if judgement.bounds is None else judgement.bounds.outliers, self.percent * outside.size / 100)
+        passes = self and judgement.verdict.code == FAILED and beyond <= limit
+        return (Verdict.WITHIN if passes else judgement.verdict), beyond
 
     def fails(self, bounds: Bounds, reference: Planes, texture: Texture) -> bool:
         """Whether a texture would fail that is judged by bounds in place of a renderer's."""
         outside = bounds.outside(texture)
-        judged = Judgement(interval_verdict(outside, bounds.outliers), outside=outside, bounds=bounds)
-        return self.judge(judged, _planes(texture, texels(outside)), reference)[0].code == FAILED
+        judgement = Judgement(interval_verdict(outside, bounds.outliers), outside=outside, bounds=bounds)
+        return self.judge(judgement, _channel_planes(texture, texels(outside)), reference)[0].code == FAILED
 
 
 @dataclass(frozen=True)
@@ -117,22 +117,22 @@ class Result:
     @property
     def sentence(self) -> str:
         """The verdict and the figures in words."""
-        m, words = self.metrics, [self.verdict.title]
-        if m is None:
+        metrics, words = self.metrics, [self.verdict.title]
+        if metrics is None:
             return f"{self.verdict.title}: {self.detail}"
         if self.verdict in (Verdict.DIFFERENT, Verdict.WITHIN) and not self.interval:
-            words.append(f"{self.outside} of {m.texels} texels, and no interval is known")
+            words.append(f"{self.outside} of {metrics.texels} texels, and no interval is known")
         elif self.outside:
-            words.append(f"{self.outside} of {m.texels} texels are outside")
+            words.append(f"{self.outside} of {metrics.texels} texels are outside")
         if self.beyond != self.outside:
             words.append(f"{self.beyond} by more than is tolerated")
-        if m.differing:
-            ulp = "" if m.max_ulp is None else f"{m.max_ulp} ulp, "
-            words.append(f"{m.differing} differ in bits by up to {ulp}{m.max_error:.3g}")
-        if m.nan_mismatches:
-            words.append(f"{m.nan_mismatches} NaN on one side only")
-        if m.infinity_mismatches:
-            words.append(f"{m.infinity_mismatches} mismatched infinities")
+        if metrics.differing:
+            ulp = "" if metrics.max_ulp is None else f"{metrics.max_ulp} ulp, "
+            words.append(f"{metrics.differing} differ in bits by up to {ulp}{metrics.max_error:.3g}")
+        if metrics.nan_mismatches:
+            words.append(f"{metrics.nan_mismatches} NaN on one side only")
+        if metrics.infinity_mismatches:
+            words.append(f"{metrics.infinity_mismatches} mismatched infinities")
         return "; ".join([", ".join(words), *([] if self.power is None else [str(self.power)])])
 
 
@@ -140,7 +140,7 @@ def result_of(
     module: str,
     mine: Layer,
     reference: Layer,
-    judged: Judgement,
+    judgement: Judgement,
     tolerance: Tolerance,
     reason: Reason | None = None,
     parts: Callable[[], Mapping[str, Flags]] = dict,
@@ -148,20 +148,20 @@ def result_of(
 ) -> Result:
     """The result of a judged texture; ``reason`` says why a texel, (column, row), ``parts`` which are of surfaces."""
     metrics, stored = measure(mine.planes, reference.planes), str(mine.stored or "")
-    if judged.verdict is Verdict.EQUAL_BITS:
-        return Result(module, reference.name, judged.verdict, metrics=metrics, stored=stored)
-    outside = texels(judged.outside)
+    if judgement.verdict is Verdict.EQUAL_BITS:
+        return Result(module, reference.name, judgement.verdict, metrics=metrics, stored=stored)
+    outside = texels(judgement.outside)
     ends: tuple[Planes, Planes] | None = None
-    if judged.bounds is not None:
-        ends = _planes(judged.bounds.lower, outside), _planes(judged.bounds.upper, outside)
+    if judgement.bounds is not None:
+        ends = _channel_planes(judgement.bounds.lower, outside), _channel_planes(judgement.bounds.upper, outside)
     sides = mine.planes, stored_as(mine, reference), reference.planes, *(ends or ())
-    worst, told = [], reason or (lambda _: "")
-    for i, j in _worst_places(mine.planes, reference.planes, ends, judged):
-        own, right, before, *interval = (tuple(plane[j, i].item() for plane in planes) for planes in sides)
+    worst, reason_at = [], reason or (lambda _: "")
+    for i, j in _worst_texels(mine.planes, reference.planes, ends, judgement):
+        rendered, expected, before, *interval = (tuple(plane[j, i].item() for plane in planes) for planes in sides)
         lower, upper = interval or (None, None)
-        changed = None if before == right or mine.stored is None else before
-        worst.append(Texel(i, j, own, right, changed, lower, upper, bool(outside[j, i]), told((i, j))))
-    verdict, beyond = tolerance.judge(judged, mine.planes, reference.planes)
+        unstored = None if before == expected or mine.stored is None else before
+        worst.append(Texel(i, j, rendered, expected, unstored, lower, upper, bool(outside[j, i]), reason_at((i, j))))
+    verdict, beyond = tolerance.judge(judgement, mine.planes, reference.planes)
     if verdict is Verdict.INSIDE and power is not None and power.weak:
         verdict = Verdict.INSIDE_WEAKLY
     return Result(
@@ -171,11 +171,11 @@ def result_of(
         metrics=metrics,
         outside=int(outside.sum()),
         beyond=beyond,
-        interval=judged.verdict in (Verdict.INSIDE, Verdict.OUTSIDE),
+        interval=judgement.verdict in (Verdict.INSIDE, Verdict.OUTSIDE),
         worst=tuple(worst),
         agreement=agreements(mine.planes[0], reference.planes[0], parts() if is_occlusion(reference.name) else {}),
         stored=stored,
-        power=power if judged.verdict is Verdict.INSIDE else None,
+        power=power if judgement.verdict is Verdict.INSIDE else None,
     )
 
 
@@ -184,21 +184,21 @@ def stored_as(mine: Layer, reference: Layer) -> Planes:
     return tuple(plane if mine.stored is None else mine.stored.round_trip(plane) for plane in reference.planes)
 
 
-def _planes(texture: np.ndarray, like: Flags) -> Planes:
+def _channel_planes(texture: np.ndarray, like: Flags) -> Planes:
     """The channels of a texture, each as large as ``like``."""
     return tuple(np.moveaxis(texture.reshape(*like.shape, -1), -1, 0))
 
 
-def _worst_places(
-    mine: Planes, reference: Planes, ends: tuple[Planes, Planes] | None, judged: Judgement
+def _worst_texels(
+    mine: Planes, reference: Planes, ends: tuple[Planes, Planes] | None, judgement: Judgement
 ) -> list[tuple[int, int]]:
     """Columns and rows: those outside first, then by how far off they are, NaN and infinity before all; row by row."""
-    outside, differing = texels(judged.outside), texels(judged.differing)
-    off = difference(mine, reference)
+    outside, differing = texels(judgement.outside), texels(judgement.differing)
+    error = difference(mine, reference)
     if ends is not None:  # how far beyond the interval; NaN is infinitely far
-        held = np.fmin(np.fmax(np.stack(mine), np.stack(ends[0])), np.stack(ends[1]))
-        off = np.where(outside, difference(mine, tuple(held)), off)
+        clipped = np.fmin(np.fmax(np.stack(mine), np.stack(ends[0])), np.stack(ends[1]))
+        error = np.where(outside, difference(mine, tuple(clipped)), error)
     places = np.flatnonzero(differing | outside)
-    order = np.lexsort((places, -off.ravel()[places], ~outside.ravel()[places]))[:WORST]
+    order = np.lexsort((places, -error.ravel()[places], ~outside.ravel()[places]))[:WORST]
     rows, columns = np.unravel_index(places[order], outside.shape)
     return list(zip(columns.tolist(), rows.tolist(), strict=True))

@@ -17,7 +17,7 @@ from lfssao.rendering.folder import entries_of, load_manifest
 from lfssao.rendering.manifest import MANIFEST, digest
 from lfssao.rendering.panels import panel_layer
 from lfssao.verify.case import IMAGES, Case
-from lfssao.verify.compare.files import File, Files, files_like, holds_modules, is_mosaic, module_of, mosaics_of
+from lfssao.verify.compare.files import File, Files, holds_modules, is_mosaic, match_files, module_of, mosaics_of
 from lfssao.verify.compare.layers import Layer, layers_of
 from lfssao.verify.compare.view_case import view_case
 from lfssao.verify.kit.folder import read_case, read_index
@@ -92,16 +92,18 @@ def _images(path: Path) -> list[Path]:
     if path.is_file():
         return [path]
     try:
-        inside = sorted(path.iterdir())
+        paths = sorted(path.iterdir())
     except OSError as error:
         raise InputError(f"{path}: the folder cannot be read ({error.strerror})") from error
-    return [f for f in inside if f.suffix.lower() in ENDINGS and not f.name.startswith(".") and f.is_file()]
+    return [
+        file for file in paths if file.suffix.lower() in ENDINGS and not file.name.startswith(".") and file.is_file()
+    ]
 
 
 def _check_digests(path: Path, layers: list[Layer], described: dict[str, Any]) -> None:
-    there = {layer.name: layer for layer in layers}
+    layers_by_name = {layer.name: layer for layer in layers}
     for name, entry in described.items():
-        layer = there.get(name)
+        layer = layers_by_name.get(name)
         if layer is None or sorted(layer.channels) != sorted(entry["channels"]):
             raise InputError(f"{path}: it lacks the part {name} that manifest.json describes")
         pixels = np.stack([layer.planes[layer.channels.index(channel)] for channel in entry["channels"]], axis=-1)
@@ -133,31 +135,35 @@ class Mine:
         if not os.path.exists(path):
             raise InputError(f"{path}: there is no such file or folder")
         names = list(reference.files)
-        several = not path.is_dir() and (holds_modules(path, names) or is_mosaic(path))
-        if path.is_dir() != reference.path.is_dir() and not several:
+        holds_several = not path.is_dir() and (holds_modules(path, names) or is_mosaic(path))
+        if path.is_dir() != reference.path.is_dir() and not holds_several:
             kinds = ["a folder" if p.is_dir() else "a file" for p in (path, reference.path)]
             raise InputError(f"{path} is {kinds[0]} and {reference.path} is {kinds[1]}: compare like with like")
         if not reference.path.is_dir() and not patterns:
             return cls(path, {names[0]: [File(path)]}, ())
-        there = _images(path)
-        files, claimed = files_like(there, patterns, names)
+        paths = _images(path)
+        files, matched = match_files(paths, patterns, names)
         others, named = [], set()
-        for file in there:
+        for file in paths:
             module = module_of(file.stem, names) if path.is_dir() else None
-            if module is not None and file not in claimed:
+            if module is not None and file not in matched:
                 files[module].append(File(file, file.stem[len(module) + 1 :]))
                 named.add(module)
             elif not any(file == own.path for found in files.values() for own in found):
                 others.append(file)
         if reference.kit and len(names) == 1 and not any(files.values()):  # the outputs of a case by their names
             return cls(path, {names[0]: [File(file, file.stem) for file in others]}, ())
-        unnamed, alike = [name for name in names if name not in named], set(map(_pattern, names))
+        unnamed, patterns_of_names = [name for name in names if name not in named], set(map(_name_pattern, names))
         shared = [file for file in others if holds_modules(file, unnamed)]
         mosaics = mosaics_of(others, reference.path, reference.manifest) if unnamed else []
         for name in unnamed:
             files[name] += [*(File(file, shared=True) for file in shared), *mosaics]
-        strange = [f for f in others if reference.manifest is None or f in claimed or _pattern(f.stem) in alike]
-        return cls(path, files, tuple(f.name for f in strange if f not in shared))
+        unmatched = [
+            f
+            for f in others
+            if reference.manifest is None or f in matched or _name_pattern(f.stem) in patterns_of_names
+        ]
+        return cls(path, files, tuple(f.name for f in unmatched if f not in shared))
 
     def parts(self, module: str, sizes: Collection[Size], upwards: bool = False) -> list[ImagePart]:
         """All parts of a module's files; InputError if a file cannot be read.
@@ -179,10 +185,10 @@ class Sides:
     def read(self, module: str, described: Case) -> Side:
         """The reference's layers of a module, its case, and the other renderer's parts; InputError as of each side."""
         ahead = self._ahead.pop(module, None)
-        made = self._side(module, described) if ahead is None else ahead.result()
+        side = self._side(module, described) if ahead is None else ahead.result()
         for later in self._modules[self._modules.index(module) + 1 :][:1]:
             self._ahead[later] = self._reader.submit(self._side, later)
-        return made
+        return side
 
     def _side(self, module: str, described: Case | None = None) -> Side:
         layers, case = self._reference.read(module, described or self._reference.described(module))
@@ -191,6 +197,6 @@ class Sides:
         return layers, case, self._mine.parts(module, sizes, below)
 
 
-def _pattern(name: str) -> str:
+def _name_pattern(name: str) -> str:
     """A name without its number: two modules of one job have the same."""
     return re.sub(r"[0-9]+", "#", name)

@@ -67,8 +67,8 @@ class Surface:
             caster = self.caster(entry)
             if caster is None:
                 return {}
-            made = {"depth": depth_bounds(caster, view, model)}
+            bounds = {"depth": depth_bounds(caster, view, model)}
             if self._has_colors:
                 chosen = self._manifest["settings"]["color_filter"]
-                made["color"] = color_bounds(caster, view, chosen, model)
-            return made
+                bounds["color"] = color_bounds(caster, view, chosen, model)
+            return bounds

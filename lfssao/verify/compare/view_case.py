@@ -37,16 +37,16 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
 def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[str, Any]:
     if settings["merge"] != "maximum":
         raise ValueError("merge is not the maximum")
-    sigma, made = float(settings["blur_sigma"]), view_of("", view)
+    sigma, described = float(settings["blur_sigma"]), view_of("", view)
     if not 0 <= sigma <= MAX_SIGMA:
         raise ValueError("blur_sigma is out of range")
     rotation = settings.get("rotation", "none")  # a manifest without it is of a time when nothing turned
     rotation = "none" if rotation in NOISE else rotation  # turns are an input then
     check_rotation(rotation, settings.get("rotation_seed", 0))
     return {
-        **view_parameters(made),
+        **view_parameters(described),
         "sigma": sigma,
-        "guard": made.guard,
+        "guard": described.guard,
         "radii": tuple(float(radius) for radius in settings["radii"]),
         "estimator": "lf-neighbours" if settings["neighbours"] else settings["estimator"],
         "options": {},
@@ -58,9 +58,12 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
 
 def _neighbours(settings: Mapping[str, Any], entry: Mapping[str, Any]) -> list[dict[str, Any]] | None:
     """The modules that a view asks, by name and view; None where a manifest of an earlier time does not say which."""
-    asked = [(str(each["name"]), view_of(each["name"], each["view"])) for each in entry.get("neighbours", ())]
-    made = [{"name": name, **view_parameters(view)} for name, view in asked]
-    return made if len(made) == settings["neighbours"] else None
+    views = [
+        (str(neighbour["name"]), view_of(neighbour["name"], neighbour["view"]))
+        for neighbour in entry.get("neighbours", ())
+    ]
+    neighbours = [{"name": name, **view_parameters(view)} for name, view in views]
+    return neighbours if len(neighbours) == settings["neighbours"] else None
 
 
 def view_parameters(view: View) -> dict[str, Any]:
@@ -72,7 +75,7 @@ def view_parameters(view: View) -> dict[str, Any]:
     }
 
 
-def _made_by(name: str, text: str | None) -> Estimator:
+def _read_estimator(name: str, text: str | None) -> Estimator:
     """The estimator of a name; text: SHA-256 of the file of one's own, which is not run unless it is given."""
     if text is not None and (name not in ESTIMATORS or not find_estimator(name).text):
         raise InputError(f"the reference's estimator '{name}' is one of one's own: give its file by --estimator")
@@ -84,10 +87,10 @@ def _made_by(name: str, text: str | None) -> Estimator:
 def _tables(settings: Mapping[str, Any], parameters: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
     """The sample tables of a view; the parameters get the estimator's options."""
     name = parameters["estimator"]
-    estimator, points = _made_by(name, settings.get("estimator_sha256")), "samples" if name == "lf" else "points"
+    estimator, points = _read_estimator(name, settings.get("estimator_sha256")), "samples" if name == "lf" else "points"
     parameters["options"] = full_parameters(estimator, settings["parameters"])
-    given = {points: settings["samples"], "weights": settings["weights"]}
-    tables = {key: np.array(table, np.float64) for key, table in given.items() if table is not None}
+    tables_of_manifest = {points: settings["samples"], "weights": settings["weights"]}
+    tables = {key: np.array(table, np.float64) for key, table in tables_of_manifest.items() if table is not None}
     if estimator.dimensions:
         check_samples(estimator, tables[points], tables.get("weights"))
     return tables

@@ -12,8 +12,8 @@ from lfssao.errors import InputError, errors_of
 from lfssao.files.whole import write_text, write_whole
 from lfssao.rendering.points import Texture, Values
 from lfssao.verify.agree.measure import LIMIT, Disagreement, Shared, disagreement, share_points
-from lfssao.verify.agree.split import Alike, Split, estimated, has_seed, other_samples, split
-from lfssao.verify.agree.views import Renderer, Seen, open_folders, read_views
+from lfssao.verify.agree.split import SameSamples, Split, estimated, has_seed, other_samples, split
+from lfssao.verify.agree.views import RenderedView, Renderer, open_folders, read_views
 
 if TYPE_CHECKING:
     from lfssao.verify.agree.bugs import Found
@@ -93,8 +93,8 @@ def _agree(options: argparse.Namespace) -> None:
     said: dict[str, Any] = {
         "layer": options.layer,
         "views": [seen.name for seen in views],
-        "same": shared.same,
-        "points": shared.sought,
+        "same": shared.tolerance,
+        "points": shared.candidates,
         "shared": len(shared.points),
         "pairs": shared.pairs,
         "limit": LIMIT,
@@ -112,8 +112,8 @@ def _agree(options: argparse.Namespace) -> None:
             print(text)
             return
         write_text(Path(options.json), f"{text}\n")
-    head = f"{len(views)} views, {shared.sought:,} points of their surfaces: {len(shared.points):,} are seen by two"
-    print(printable(f"{head} or more, within {shared.same:.3g}, in {shared.pairs:,} pairs of values"))
+    head = f"{len(views)} views, {shared.candidates:,} points of their surfaces: {len(shared.points):,} are seen by two"
+    print(printable(f"{head} or more, within {shared.tolerance:.3g}, in {shared.pairs:,} pairs of values"))
     for line in _table(options.layer, found):
         print(printable(line))
     square = found["reference"].rms ** 2
@@ -133,15 +133,15 @@ def _split(shared: Shared, own: Sequence[Texture]) -> Split | None:
         return None
     with progress(shared.views, desc="other seed", unit="view") as bar:
         others = [estimated(seen, other_samples(seen), 1) for seen in bar]
-    alike = Alike(shared)
-    if not alike.known:
+    alike = SameSamples(shared)
+    if not alike.is_known:
         return split(shared, own, others)
     with working("parts"):
         made = alike.values(own, None, 0), alike.values(others, other_samples(shared.views[0]), 1)
     return split(shared, own, others, made)
 
 
-def _bugs(renderer: Renderer, views: Sequence[Seen], mesh: str | None) -> "Found":
+def _bugs(renderer: Renderer, views: Sequence[RenderedView], mesh: str | None) -> "Found":
     """The bugs of another renderer's textures."""
     from lfssao.verify.agree.bugs import find_bugs  # late: it imports what judges and diagnoses
 

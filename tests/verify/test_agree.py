@@ -15,7 +15,7 @@ from lfssao.cli.main import main
 from lfssao.rendering.manifest import digest
 from lfssao.samples import texel_turns
 from lfssao.verify.agree.measure import disagreement, share_points
-from lfssao.verify.agree.split import Alike, estimated, has_seed, other_samples, split
+from lfssao.verify.agree.split import SameSamples, estimated, has_seed, other_samples, split
 from lfssao.verify.agree.truth import Truth, noise
 from lfssao.verify.agree.views import open_folders, read_views
 
@@ -286,9 +286,9 @@ def test_the_same_samples_are_looked_up_in_the_other_eyes_depth(rooms, tmp_path,
     folder = render(tmp_path / "made", str(rooms / "card.obj"), *WORDS, "--radii", "0.5", *layers, *words)
     views = read_views(open_folders([folder], "ao_1"), None)
     shared = share_points(views)
-    assert Alike(shared).known
+    assert SameSamples(shared).is_known
     own = [seen.arrays["ao_1"] for seen in views]
-    values = Alike(shared).values(own, None, 0)
+    values = SameSamples(shared).values(own, None, 0)
     np.testing.assert_array_equal(np.isfinite(values), np.stack(shared.places) >= 0)
     settings = manifest_of(folder)["settings"]
     size = views[0].view.height, views[0].view.width

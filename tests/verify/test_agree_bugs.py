@@ -10,7 +10,7 @@ from planted_bugs import Renderer, turns_of
 
 import lfssao
 from lfssao.cli.main import main
-from lfssao.verify.agree.bugs import Bug, _exchanges, _is_wrong
+from lfssao.verify.agree.bugs import Bug, _is_wrong, _merged_exchanges
 from lfssao.verify.compare.metrics import Metrics
 from lfssao.verify.compare.result import Result
 from lfssao.verify.verdict import Verdict
@@ -315,5 +315,8 @@ def test_views_that_take_each_others_are_exchanged():
         Bug("the normals of view_001", ("view_002",), "third"),
     )
     words = "the depth of view_001 and view_002 is exchanged: first; second"
-    assert _exchanges([one, copy, other]) == (copy, Bug(words.partition(":")[0], ("view_002", "view_001"), words))
-    assert _exchanges([one, copy]) == (one, copy)
+    assert _merged_exchanges([one, copy, other]) == (
+        copy,
+        Bug(words.partition(":")[0], ("view_002", "view_001"), words),
+    )
+    assert _merged_exchanges([one, copy]) == (one, copy)

@@ -10,7 +10,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from lfssao.verify.agree.views import Renderer, Seen
+from lfssao.verify.agree.views import RenderedView, Renderer
 from lfssao.verify.compare.causes import Cause, causes_of
 from lfssao.verify.compare.layers import is_occlusion, stage_order
 from lfssao.verify.compare.result import Result
@@ -45,36 +45,36 @@ class Found:
         """The bugs in sentences, and which views have none."""
         if not self.wrong:
             return ["mine conforms to the reference in all views: no bug is named"]
-        lines = [f"bug of {self._where(bug.views)}: {bug.words}" for bug in self.bugs]
+        lines = [f"bug of {self._view_names(bug.views)}: {bug.words}" for bug in self.bugs]
         if self.unexplained:
-            lines.append(f"mine is wrong in {_named(self.unexplained)}, and no change that was tried explains it")
+            lines.append(f"mine is wrong in {_listed(self.unexplained)}, and no change that was tried explains it")
         return lines
 
-    def _where(self, views: Sequence[str]) -> str:
+    def _view_names(self, views: Sequence[str]) -> str:
         if set(views) == set(self.views):
             return "all views"
         right = [name for name in self.views if name not in self.wrong]
-        return f"{_named(views)} alone, not of {_named(right)}" if right else _named(views)
+        return f"{_listed(views)} alone, not of {_listed(right)}" if right else _listed(views)
 
 
-def find_bugs(renderer: Renderer, views: Sequence[Seen], mesh: str | None = None) -> Found:
+def find_bugs(renderer: Renderer, views: Sequence[RenderedView], mesh: str | None = None) -> Found:
     """The bugs of another renderer's textures of views, of the layer that these have and of those before it."""
     names = _names(views)
-    views, results = sorted(views, key=lambda seen: (seen.key, names[seen])), list[Result]()
-    for folder in dict.fromkeys(seen.folder for seen in views):
-        own = [seen for seen in views if seen.folder is folder]
-        more = {names[seen]: (seen.folder.reference, seen.name) for seen in views if seen.folder is not folder}
-        comparison = renderer.comparison(folder, _layers(own[0]), mesh, more)
-        for seen in own:
-            comparison.add(seen.name)
-        told = {seen.name: names[seen] for seen in own}
-        results += [replace(each, module=told[each.module]) for each in comparison.report().results]
-    order = [names[seen] for seen in views]
+    views, results = sorted(views, key=lambda view: (view.key, names[view])), list[Result]()
+    for folder in dict.fromkeys(view.folder for view in views):
+        views_of_folder = [view for view in views if view.folder is folder]
+        other_views = {names[view]: (view.folder.reference, view.name) for view in views if view.folder is not folder}
+        comparison = renderer.comparison(folder, _layers(views_of_folder[0]), mesh, other_views)
+        for view in views_of_folder:
+            comparison.add(view.name)
+        labels = {view.name: names[view] for view in views_of_folder}
+        results += [replace(result, module=labels[result.module]) for result in comparison.report().results]
+    order = [names[view] for view in views]
     results.sort(key=lambda result: order.index(result.module))
     wrong = [_without_order(result) for result in results if _is_wrong(result)]
-    left = [each.module for each in wrong if each.diagnosis is None or not each.diagnosis.fits]
-    bugs = _exchanges([Bug(each.kind, each.modules, _words(each)) for each in causes_of(wrong)])
-    return Found(tuple(order), bugs, _once(each.module for each in wrong), _once(left))
+    unexplained = [result.module for result in wrong if result.diagnosis is None or not result.diagnosis.fits]
+    bugs = _merged_exchanges([Bug(result.kind, result.modules, _words(result)) for result in causes_of(wrong)])
+    return Found(tuple(order), bugs, _distinct(result.module for result in wrong), _distinct(unexplained))
 
 
 def _is_wrong(result: Result) -> bool:
@@ -87,56 +87,57 @@ def _is_wrong(result: Result) -> bool:
 
 def _without_order(result: Result) -> Result:
     """The result with other views' names alone, by which views that share a cause are told together."""
-    found = result.diagnosis
-    if found is None:
+    diagnosis = result.diagnosis
+    if diagnosis is None:
         return result
     candidates = [
-        replace(each, kind=_ORDER.sub("", each.kind), words=_ORDER.sub("", each.words)) for each in found.candidates
+        replace(candidate, kind=_ORDER.sub("", candidate.kind), words=_ORDER.sub("", candidate.words))
+        for candidate in diagnosis.candidates
     ]
-    return replace(result, diagnosis=replace(found, candidates=tuple(candidates)))
+    return replace(result, diagnosis=replace(diagnosis, candidates=tuple(candidates)))
 
 
 def _words(cause: Cause) -> str:
     """The words of a cause, with views in the place of modules."""
-    return cause.words.replace(f" of {len(cause.modules)} modules", f" of {_named(cause.modules)}")
+    return cause.words.replace(f" of {len(cause.modules)} modules", f" of {_listed(cause.modules)}")
 
 
-def _exchanges(bugs: Sequence[Bug]) -> tuple[Bug, ...]:
+def _merged_exchanges(bugs: Sequence[Bug]) -> tuple[Bug, ...]:
     """The bugs, those together as one that give each of some views what is another's of them."""
     sources: dict[str, dict[str, Bug]] = defaultdict(dict)  # of each kind by the view that something is taken of
     for bug in bugs:
-        found = _OF_VIEW.fullmatch(bug.name)
-        if found is not None and len(bug.views) == 1:
-            sources[found[1]][found[2]] = bug
-    made = list(bugs)
-    for kind, of in sources.items():
-        views = [bug.views[0] for bug in of.values()]
-        if len(of) > 1 and set(of) == set(views):
-            name = f"{kind} of {_named(sorted(views))} is exchanged"
-            some = [bug.words for bug in of.values()]
-            words = f"{name}: {'; '.join(some[:_FEW] + ['...'] * (len(some) > _FEW))}"
-            made = [bug for bug in made if bug not in of.values()] + [Bug(name, tuple(views), words)]
-    return tuple(made)
+        match = _OF_VIEW.fullmatch(bug.name)
+        if match is not None and len(bug.views) == 1:
+            sources[match[1]][match[2]] = bug
+    merged = list(bugs)
+    for kind, bugs_by_source in sources.items():
+        views = [bug.views[0] for bug in bugs_by_source.values()]
+        if len(bugs_by_source) > 1 and set(bugs_by_source) == set(views):
+            name = f"{kind} of {_listed(sorted(views))} is exchanged"
+            sentences = [bug.words for bug in bugs_by_source.values()]
+            words = f"{name}: {'; '.join(sentences[:_FEW] + ['...'] * (len(sentences) > _FEW))}"
+            merged = [bug for bug in merged if bug not in bugs_by_source.values()] + [Bug(name, tuple(views), words)]
+    return tuple(merged)
 
 
-def _layers(seen: Seen) -> list[str]:
+def _layers(view: RenderedView) -> list[str]:
     """Names of the layer that views are compared by, and of all before it that it is made of."""
-    last = stage_order(seen.folder.layer)
-    before = [each.name for each in seen.layers if stage_order(each.name) <= last]
-    return [name for name in before if name in ("depth", "positions", "normals") or is_occlusion(name)]
+    order = stage_order(view.folder.layer)
+    names = [each.name for each in view.layers if stage_order(each.name) <= order]
+    return [name for name in names if name in ("depth", "positions", "normals") or is_occlusion(name)]
 
 
-def _names(views: Sequence[Seen]) -> dict[Seen, str]:
+def _names(views: Sequence[RenderedView]) -> dict[RenderedView, str]:
     """Names of views, with their folders' where two have one."""
-    often = Counter(seen.name for seen in views)
-    return {seen: seen.name if often[seen.name] == 1 else f"{seen.name} of {seen.folder.path}" for seen in views}
+    counts = Counter(view.name for view in views)
+    return {view: view.name if counts[view.name] == 1 else f"{view.name} of {view.folder.path}" for view in views}
 
 
-def _once(names: Iterable[str]) -> tuple[str, ...]:
+def _distinct(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _named(names: Sequence[str]) -> str:
+def _listed(names: Sequence[str]) -> str:
     """A few names, or how many there are."""
     if len(names) > _FEW:
         return f"{len(names)} views"

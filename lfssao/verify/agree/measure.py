@@ -15,7 +15,7 @@ import numpy as np
 
 from lfssao.errors import InputError
 from lfssao.rendering.points import Places, Points, Texture, Values, places_of, read_at, spread_points
-from lfssao.verify.agree.views import Seen
+from lfssao.verify.agree.views import RenderedView
 
 MOST = 20_000  # points, of all views together
 LIMIT = 0.1  # a difference beyond this is seen
@@ -33,47 +33,49 @@ class Disagreement:
 class Shared:
     """Points of the surface that are seen by several views."""
 
-    views: Sequence[Seen]
-    same: float  # how far the surface that a view sees may be from a point, world units
-    sought: int  # points that were looked for
+    views: Sequence[RenderedView]
+    tolerance: float  # how far the surface that a view sees may be from a point, world units
+    candidates: int  # points that were looked for
     points: Points  # (n, 3) of them that are seen by two views or more, world coordinates
     owners: Places  # (n,) the views, by number, that they are texels of
     places: Sequence[Places]  # (n,) of each view: the texel of each point, -1 where it is not seen
 
-    def read(self, textures: Sequence[Texture], whose: str) -> Values:
+    def read(self, textures: Sequence[Texture], source: str) -> Values:
         """Values of all points in textures, (H, W) of each view: (views, n) float64, NaN where one is not seen.
 
         InputError, which says whose they are, if a value that is seen is not finite.
         """
         values = np.stack([read_at(*both) for both in zip(self.places, textures, strict=True)])
-        for seen, own, places in zip(self.views, values, self.places, strict=True):
-            if not np.isfinite(own[places >= 0]).all():
-                raise InputError(f"{whose}: occlusion of {seen.name} is not finite everywhere on the surface")
+        for rendered, values_of_view, places in zip(self.views, values, self.places, strict=True):
+            if not np.isfinite(values_of_view[places >= 0]).all():
+                raise InputError(f"{source}: occlusion of {rendered.name} is not finite everywhere on the surface")
         return values
 
     @property
     def pairs(self) -> int:
         """Number of pairs of values."""
-        often = sum((places >= 0).astype(np.int64) for places in self.places)
-        return int(np.sum(often * (often - 1) // 2))
+        counts = sum((places >= 0).astype(np.int64) for places in self.places)
+        return int(np.sum(counts * (counts - 1) // 2))
 
 
-def share_points(views: Sequence[Seen], same: float | None = None) -> Shared:
+def share_points(views: Sequence[RenderedView], tolerance: float | None = None) -> Shared:
     """Points of the surface of all views; InputError if two views see none of them.
 
     By default the surface is the same within two texels: 2 / width of the diagonal of all that is seen.
     """
-    each = [spread_points(seen.arrays["positions"], max(1, MOST // len(views))) for seen in views]
-    points, owners = np.concatenate(each), np.repeat(np.arange(len(views)), [len(own) for own in each])
-    if same is None:
+    points_of_views = [spread_points(rendered.arrays["positions"], max(1, MOST // len(views))) for rendered in views]
+    points = np.concatenate(points_of_views)
+    owners = np.repeat(np.arange(len(views)), [len(owned) for owned in points_of_views])
+    if tolerance is None:
         x, y, z = (np.ptp(points, axis=0) if len(points) else np.zeros(3)).tolist()
-        width = min(seen.view.width - 2 * seen.view.guard for seen in views)
-        same = 2 * sqrt((x * x + y * y) + z * z) / width
-    places = [places_of(points, seen.view, seen.arrays["positions"], same) for seen in views]
-    often = sum((own >= 0).astype(np.int64) for own in places) >= 2
-    if not np.any(often):
-        raise InputError(f"no point of the surface is seen by two views, within {same:.3g}")
-    return Shared(views, same, len(points), points[often], owners[often], [own[often] for own in places])
+        width = min(rendered.view.width - 2 * rendered.view.guard for rendered in views)
+        tolerance = 2 * sqrt((x * x + y * y) + z * z) / width
+    places = [places_of(points, rendered.view, rendered.arrays["positions"], tolerance) for rendered in views]
+    is_shared = sum((owned >= 0).astype(np.int64) for owned in places) >= 2
+    if not np.any(is_shared):
+        raise InputError(f"no point of the surface is seen by two views, within {tolerance:.3g}")
+    shared_places = [owned[is_shared] for owned in places]
+    return Shared(views, tolerance, len(points), points[is_shared], owners[is_shared], shared_places)
 
 
 def disagreement(values: Values) -> Disagreement:
@@ -87,7 +89,7 @@ def mean_over_pairs(values: Values, term: Callable[[Values, Values], Values]) ->
     """The mean of a symmetric function of two values, over all pairs that a point has; at least one has two."""
     sums, count = list[float](), 0
     for a, b in combinations(values, 2):
-        both = np.isfinite(a) & np.isfinite(b)
-        sums.append(fsum(term(a[both], b[both]).tolist()))
-        count += int(both.sum())
+        finite = np.isfinite(a) & np.isfinite(b)
+        sums.append(fsum(term(a[finite], b[finite]).tolist()))
+        count += int(finite.sum())
     return fsum(sums) / count

@@ -19,7 +19,7 @@ from lfssao.errors import InputError
 from lfssao.optics.view import without_guard
 from lfssao.rendering.points import Places, Texture, Values
 from lfssao.verify.agree.measure import Shared, mean_over_pairs
-from lfssao.verify.agree.views import Seen, described
+from lfssao.verify.agree.views import RenderedView, occlusion_case
 from lfssao.verify.compare.surface import Surface
 
 # Standard error of a value: 0.0042 of the difference of two, which leaves room to 0.005 for texels whose rays seem to
@@ -30,9 +30,9 @@ NOISE = 0.003
 class Truth:
     """Ray-cast occlusion of the views of one scene; InputError if its mesh is not at hand, or the layer has no rays."""
 
-    def __init__(self, first: Seen, mesh: str | None) -> None:
-        folder = first.folder
-        case, radius = described(first)
+    def __init__(self, rendered: RenderedView, mesh: str | None) -> None:
+        folder = rendered.folder
+        case, radius = occlusion_case(rendered)
         if radius is None:
             raise InputError(f"--truth: rays are of one radius, ao_1 or another, not of {folder.layer}")
         self._estimator, self._radius = find_estimator(case.parameters["estimator"]), radius
@@ -41,19 +41,19 @@ class Truth:
             raise InputError(f"--truth: the scene of {folder.path} is no embedded one: give its file by --mesh")
         self._occluders = Occluders(self._surface.mesh)
 
-    def cast(self, seen: Seen, places: Places) -> tuple[Texture, Texture]:
+    def cast(self, rendered: RenderedView, places: Places) -> tuple[Texture, Texture]:
         """The truth at the texels of points that a view sees, and its standard error, (H, W); 0 elsewhere."""
-        view, caster = seen.view, self._surface.caster(seen.entry)
+        view, caster = rendered.view, self._surface.caster(rendered.entry)
         assert caster is not None
-        made = caster.gbuffer(view, color=None, normals="geometric")
-        wanted = np.zeros(seen.arrays[seen.folder.layer].shape, np.bool_)
+        gbuffer = caster.gbuffer(view, color=None, normals="geometric")
+        wanted = np.zeros(rendered.arrays[rendered.folder.layer].shape, np.bool_)
         wanted.reshape(-1)[places[places >= 0]] = True
-        depth = np.where(np.pad(wanted, view.guard), made.depth, np.float32(np.inf))
-        buffers, scale = Buffers.of(replace(made, depth=depth), view), 2.0 if self._estimator.whole_ball else 1.0
-        enough: dict[str, Any] = {"tolerance": scale * NOISE, "rounds": (16, 1024)}
-        rays = ray_cast_occlusion(self._occluders, buffers, self._radius, *self._estimator.integrand, **enough)
-        half = 0.5 if self._estimator.whole_ball else 0.0
-        return without_guard(half + rays.texture / scale, view.guard), without_guard(rays.error / scale, view.guard)
+        depth = np.where(np.pad(wanted, view.guard), gbuffer.depth, np.float32(np.inf))
+        buffers, scale = Buffers.of(replace(gbuffer, depth=depth), view), 2.0 if self._estimator.whole_ball else 1.0
+        accuracy: dict[str, Any] = {"tolerance": scale * NOISE, "rounds": (16, 1024)}
+        rays = ray_cast_occlusion(self._occluders, buffers, self._radius, *self._estimator.integrand, **accuracy)
+        offset = 0.5 if self._estimator.whole_ball else 0.0
+        return without_guard(offset + rays.texture / scale, view.guard), without_guard(rays.error / scale, view.guard)
 
 
 def noise(shared: Shared, errors: Sequence[Texture]) -> float:

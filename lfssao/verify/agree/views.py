@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from lfssao.verify.compare.diagnoser import Views
 
 # Settings by which equal occlusion may be made
-_FREE = ("layers", "caster", "color_filter", "normals", "blur_sigma", "blur_weights")
+_IRRELEVANT_SETTINGS = ("layers", "caster", "color_filter", "normals", "blur_sigma", "blur_weights")
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class RenderedView:
     """One view of a folder."""
 
     folder: "Folder"
@@ -62,10 +62,10 @@ class Folder:
         if not is_occlusion(layer):
             raise InputError(f"--layer: '{layer:.40}' is none of occlusion, such as ao_1, merged or blurred")
         for entry in self.reference.entries.values():
-            there = list(entry["textures"])
-            if layer not in there:
-                raise InputError(f"--layer: {path} has no '{layer:.40}': choose one of {', '.join(there)}")
-            if "positions" not in there:
+            names = list(entry["textures"])
+            if layer not in names:
+                raise InputError(f"--layer: {path} has no '{layer:.40}': choose one of {', '.join(names)}")
+            if "positions" not in names:
                 raise InputError(f"{path}: it has no layer positions, by which views are matched")
 
     def names(self, chosen: range | None) -> list[str]:
@@ -85,18 +85,20 @@ class Folder:
     def settings(self) -> dict[str, Any]:
         """The settings that occlusion depends on."""
         with reading_manifest(self.path):
-            return {name: value for name, value in self.manifest["settings"].items() if name not in _FREE}
+            return {
+                name: value for name, value in self.manifest["settings"].items() if name not in _IRRELEVANT_SETTINGS
+            }
 
-    def read(self, name: str) -> Seen:
+    def read(self, name: str) -> RenderedView:
         """One of its views; InputError if the file is not what the manifest describes."""
         layers, case = self.reference.read(name, Case(name, IMAGES, "", {}, {}, {}))
         with reading_manifest(self.path), errors_of(str(self.path)):
             view = view_of(name, self.reference.entries[name]["view"])
-            inner = (view.height - 2 * view.guard, view.width - 2 * view.guard)
+            size = (view.height - 2 * view.guard, view.width - 2 * view.guard)
             positions, ao = without_guard(case.outputs["positions"], view.guard), case.outputs[self.layer]
-            if positions.shape != (*inner, 3) or ao.shape != inner:
+            if positions.shape != (*size, 3) or ao.shape != size:
                 raise ValueError(f"textures of {name} are not of its view's size")
-        return Seen(self, name, view, layers, {"positions": positions, self.layer: ao})
+        return RenderedView(self, name, view, layers, {"positions": positions, self.layer: ao})
 
 
 def open_folders(paths: Sequence[Path], layer: str) -> list[Folder]:
@@ -111,7 +113,7 @@ def open_folders(paths: Sequence[Path], layer: str) -> list[Folder]:
     return folders
 
 
-def read_views(folders: Sequence[Folder], chosen: range | None) -> list[Seen]:
+def read_views(folders: Sequence[Folder], chosen: range | None) -> list[RenderedView]:
     """The views of all folders, in an order that does not depend on the folders'; InputError for fewer than two."""
     names = [(folder, name) for folder in folders for name in folder.names(chosen)]
     files = [folder.reference.files[name].resolve() for folder, name in names]
@@ -128,13 +130,13 @@ def read_views(folders: Sequence[Folder], chosen: range | None) -> list[Seen]:
     return sorted((folder.read(name) for folder, name in names), key=lambda seen: seen.key)
 
 
-def described(seen: Seen) -> tuple[Case, float | None]:
+def occlusion_case(rendered: RenderedView) -> tuple[Case, float | None]:
     """How a view's occlusion was made, and the layer's radius, world units, None of layers of several radii.
 
     InputError if the manifest does not say it, or the estimator is one of one's own that was not read.
     """
-    folder = seen.folder
-    case = view_case(folder.path, folder.manifest, seen.entry)
+    folder = rendered.folder
+    case = view_case(folder.path, folder.manifest, rendered.entry)
     radii = {f"ao_{k}": radius for k, radius in enumerate(case.parameters["radii"], start=1)}
     return case, radii.get(folder.layer)
 
@@ -151,27 +153,27 @@ class Renderer:
         if len(paths) not in (1, len(folders)):
             raise InputError(f"--mine: {len(paths)} are given, it must be one for all FOLDERs, or one for each of them")
         self._rules, self._files = rules, files
-        self._storage, each = Storage({}, rules), paths if len(paths) > 1 else list(paths) * len(folders)
-        opened = [Mine.open(path, own.reference, files) for path, own in zip(each, folders, strict=True)]
-        self._mine = dict(zip(folders, opened, strict=True))
+        self._storage, paths_of_folders = Storage({}, rules), paths if len(paths) > 1 else list(paths) * len(folders)
+        sides = [Mine.open(path, own.reference, files) for path, own in zip(paths_of_folders, folders, strict=True)]
+        self._mine = dict(zip(folders, sides, strict=True))
 
-    def comparison(self, folder: Folder, layers: Sequence[str], mesh: str | None, more: "Views") -> "Comparison":
+    def comparison(self, folder: Folder, layers: Sequence[str], mesh: str | None, other_views: "Views") -> "Comparison":
         """A comparison of its textures with a folder's, of these layers; ``more`` are views of other folders."""
         from lfssao.verify.compare.comparison import Comparison  # late: it imports what judges and diagnoses
 
-        chosen = self._rules, layers, False, "shader", None, Tolerance()
+        options = self._rules, layers, False, "shader", None, Tolerance()
         path = self._mine[folder].path
-        return Comparison(path, folder.path, *chosen, mesh=mesh, files=self._files, other_views=more)
+        return Comparison(path, folder.path, *options, mesh=mesh, files=self._files, other_views=other_views)
 
-    def read(self, seen: Seen) -> NDArray[Any]:
+    def read(self, rendered: RenderedView) -> NDArray[Any]:
         """Its texture of a view, (H, W); InputError if there is none, or one of another size or type."""
-        mine, name = self._mine[seen.folder], seen.folder.layer
-        right = next(layer for layer in seen.layers if layer.name == name)
-        with errors_of(f"{mine.path}: {name} of {seen.name}"):
-            sizes = {layer.planes[0].shape[1::-1] for layer in seen.layers}
-            parts = mine.parts(seen.name, sizes, seen.entry.get("rows") == "below")
-            matcher = Matcher(parts, seen.layers, self._storage.rules)
-            found = matcher.matched(right, self._storage)
-            if found is None:
-                raise InputError(matcher.why_missing(right) if parts else "there is no file of this view")
-            return found.texture
+        side, name = self._mine[rendered.folder], rendered.folder.layer
+        expected = next(layer for layer in rendered.layers if layer.name == name)
+        with errors_of(f"{side.path}: {name} of {rendered.name}"):
+            sizes = {layer.planes[0].shape[1::-1] for layer in rendered.layers}
+            parts = side.parts(rendered.name, sizes, rendered.entry.get("rows") == "below")
+            matcher = Matcher(parts, rendered.layers, self._storage.rules)
+            layer = matcher.matched(expected, self._storage)
+            if layer is None:
+                raise InputError(matcher.why_missing(expected) if parts else "there is no file of this view")
+            return layer.texture

@@ -54,8 +54,8 @@ def _faults(mine: Array | Mapping[str, Array], case: Case, strict: bool) -> Iter
     given = {name: np.asarray(array) for name, array in (mine if isinstance(mine, Mapping) else {main: mine}).items()}
     unknown = [name for name in given if name not in case.outputs]
     if unknown or main not in given:
-        what = f"there is no output {unknown[0]}" if unknown else f"output {main} is missing"
-        yield f"case {case.name}: {what}; it has {', '.join(case.outputs)}"
+        fault = f"there is no output {unknown[0]}" if unknown else f"output {main} is missing"
+        yield f"case {case.name}: {fault}; it has {', '.join(case.outputs)}"
         return
     right = {Verdict.MISSING, Verdict.EQUAL_BITS} | (set() if strict else {Verdict.INSIDE})
     for name, judged in judge(given, case).items():
@@ -64,14 +64,14 @@ def _faults(mine: Array | Mapping[str, Array], case: Case, strict: bool) -> Iter
             yield f"case {case.name}, output {name}: {detail}"
 
 
-def _numbers(mine: Array, right: Array, judged: Judgement, strict: bool) -> str:
+def _numbers(mine: Array, reference: Array, judged: Judgement, strict: bool) -> str:
     """How many numbers are wrong, and the first of them."""
     bounds = None if strict else judged.bounds
     wrong = judged.differing if bounds is None else judged.outside
-    place = tuple(int(k) for k in np.argwhere(wrong)[0])
+    index = tuple(int(k) for k in np.argwhere(wrong)[0])
     if bounds is None:
-        what, expected = "not the bits of the reference", repr(right[place].item())
+        fault, expected = "not the bits of the reference", repr(reference[index].item())
     else:
-        what, expected = "outside the bounds", f"{bounds.lower[place].item()!r} to {bounds.upper[place].item()!r}"
-    count = f"{int(wrong.sum())} of {wrong.size} numbers are {what}"
-    return f"{count}; the first is [{', '.join(map(str, place))}]: {mine[place].item()!r}, expected {expected}"
+        fault, expected = "outside the bounds", f"{bounds.lower[index].item()!r} to {bounds.upper[index].item()!r}"
+    count = f"{int(wrong.sum())} of {wrong.size} numbers are {fault}"
+    return f"{count}; the first is [{', '.join(map(str, index))}]: {mine[index].item()!r}, expected {expected}"

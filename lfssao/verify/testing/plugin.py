@@ -58,12 +58,12 @@ def _chosen(marker: pytest.Mark, folder: Path | None) -> list[str]:
     return [name for name, kind in kinds.items() if kind in wanted]
 
 
-def _check(what: str, names: Iterable[str], choices: Iterable[str]) -> None:
+def _check(noun: str, names: Iterable[str], choices: Iterable[str]) -> None:
     """Refuse a name that is none of the choices (InputError)."""
     known = list(dict.fromkeys(choices))
     for name in names:
         if name not in known:
-            raise no_such(what, str(name), known or ["none"])
+            raise no_such(noun, str(name), known or ["none"])
 
 
 @cache

@@ -58,20 +58,24 @@ def sample_sets(
         check_choice("domain", domain, METHODS)
     domains = [domain] if domain is not None else sorted(METHODS)
     if methods is not None:
-        _check_names("methods", methods, list(dict.fromkeys(name for where in domains for name in METHODS[where])))
-        domains = [where for where in domains if not METHODS[where].keys().isdisjoint(methods)]
+        _check_names(
+            "methods",
+            methods,
+            list(dict.fromkeys(name for each in domains for name in METHODS[each])),
+        )
+        domains = [each for each in domains if not METHODS[each].keys().isdisjoint(methods)]
     check_whole("most", most, check_whole("least", least, 1, MOST), MOST)
     return _sample_sets(domains, methods, least, most)
 
 
 @st.composite
 def _sample_sets(draw: DrawFn, domains: list[str], methods: tuple[str, ...] | None, least: int, most: int) -> SampleSet:
-    where = draw(st.sampled_from(domains))
-    names = [name for name in METHODS[where] if methods is None or name in methods]
-    method = METHODS[where][draw(st.sampled_from(names))]
+    domain = draw(st.sampled_from(domains))
+    names = [name for name in METHODS[domain] if methods is None or name in methods]
+    method = METHODS[domain][draw(st.sampled_from(names))]
     largest = most if method.most is None else min(most, method.most)
     n, seed = draw(st.integers(min(least, largest), largest)), draw(st.integers(0, 2**64 - 1))
-    return sample_set(where, method.name, n, seed)
+    return sample_set(domain, method.name, n, seed)
 
 
 def cameras(*, projections: tuple[str, ...] = PROJECTIONS, distance: float = 10.0) -> SearchStrategy[Camera]:
@@ -131,15 +135,15 @@ def _displays(draw: DrawFn, screens: tuple[str, ...], modules: int, texels: int)
         x = 0.3 * ((2 * k + 1) / count - 1) + draw(st.floats(-0.1, 0.1))
         y, z = draw(st.floats(-0.2, 0.2)), draw(st.floats(0.6, 1.5))
         size = draw(st.integers(1, texels)), draw(st.integers(1, texels))
-        more: dict[str, Any] = {}
+        pose: dict[str, Any] = {}
         if draw(st.booleans()):
-            more = {
+            pose = {
                 "yaw": float(np.degrees(np.arctan2(-x, z))),
                 "pitch": float(np.degrees(np.arctan2(-y, z))),
                 "roll": draw(st.floats(-5, 5)),
                 "field_of_view": draw(st.floats(20, 90)),
             }
-        lenses.append(Module(x, y, z, *size, **more))
+        lenses.append(Module(x, y, z, *size, **pose))
     diffuser = "conical" if screen == "conical" else "linear"
     return Display("drawn", width, height, y_o, z_o, tuple(lenses), _ROI, diffuser, curvature, arc)
 

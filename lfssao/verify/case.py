@@ -22,7 +22,8 @@ Arrays = Mapping[str, Array]
 Parameters = Mapping[str, Any]
 
 # Stages that the kit does not have: a whole view of ``lfssao render``, and images with nothing known but their values.
-VIEW, IMAGES = "view", "images"
+VIEW = "view"
+IMAGES = "images"
 
 # The kind of rays, in a kit, of an orthographic camera.
 ORTHOGRAPHIC = 2
@@ -81,7 +82,8 @@ def described_view(parameters: Parameters) -> View:
 
 def described_buffers(parameters: Parameters, inputs: Arrays) -> Buffers:
     """The textures of a case's view as estimators read them, of depth, positions and what else there is."""
-    view, turns = described_view(parameters), described_turns(parameters, inputs)
+    view = described_view(parameters)
+    turns = described_turns(parameters, inputs)
     textures = inputs["depth"], inputs["positions"], inputs.get("normals"), turns
     return Buffers(view, *textures, neighbours=described_neighbours(parameters, inputs) or ())
 
@@ -101,7 +103,8 @@ def depth_of(module: str) -> str:
 
 def described_options(parameters: Parameters, radius: float) -> dict[str, Value]:
     """The options of a case's estimator for a radius, lengths in radii; InputError if their units are none."""
-    estimator, units = find_estimator(parameters["estimator"]), parameters.get("units", "radii")
+    estimator = find_estimator(parameters["estimator"])
+    units = parameters.get("units", "radii")
     return estimator.in_radii(parameters["options"], radius, units)
 
 

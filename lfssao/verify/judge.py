@@ -6,8 +6,8 @@ occlusion within its bounds will do (``lfssao.verify.bounds.view``).
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from functools import cache, partial
-from typing import TYPE_CHECKING, cast
+from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -49,18 +49,20 @@ def judgements(
     stored: Mapping[str, TextureFormat] | None = None,
 ) -> Iterator[tuple[str, Judgement]]:
     """The judgements of ``judge``, each with its output's name, one after the other."""
-    error_model, stored = find_model(model), stored or {}
+    error_model = find_model(model)
+    formats = stored or {}
     main, *steps = case.outputs
-    order, find = [*steps, main], cast(BoundsFinder, case.bounds.get)
-    if case.stage == VIEW:
-        view_bounds = cache(partial(_view_bounds, mine, case, error_model, stored))
-        order, find = list(case.outputs), lambda name: view_bounds().find(name)
+    order = list(case.outputs) if case.stage == VIEW else [*steps, main]
+
+    @cache
+    def view_bounds() -> "ViewBounds":
+        return _view_bounds(mine, case, error_model, formats)
 
     def allowed_bounds(name: str) -> Bounds | PositionBounds | None:
-        bounds = find(name)
-        if name not in stored or isinstance(bounds, PositionBounds):
+        bounds = view_bounds().find(name) if case.stage == VIEW else case.bounds.get(name)
+        if name not in formats or isinstance(bounds, PositionBounds):
             return bounds
-        return stored[name].bounds(bounds or exact_bounds(case.outputs[name]), error_model)
+        return formats[name].bounds(bounds or exact_bounds(case.outputs[name]), error_model)
 
     for name in order:
         if names is None or name in names:
@@ -101,7 +103,8 @@ def _usable_textures(mine: Arrays, case: Case) -> dict[str, Array]:
 def _judge_output(name: str, mine: Arrays, case: Case, find: BoundsFinder) -> Judgement:
     if name not in mine:
         return Judgement(Verdict.MISSING)
-    array, reference = mine[name], case.outputs[name]
+    array = mine[name]
+    reference = case.outputs[name]
     if (array.shape, array.dtype) != (reference.shape, reference.dtype):
         detail = f"it is {array.shape} of {array.dtype}, expected {reference.shape} of {reference.dtype}"
         return Judgement(Verdict.MISMATCH, detail)

@@ -20,18 +20,21 @@ def bent_bounds(problem: Problem, radius: float, name: str) -> Bounds | None:
     Each component of B lies between the sums of its least and of its largest terms, but for the rounding of the sum,
     added in any order.
     """
-    estimator, depth = find_estimator(name), problem.buffers.depth
+    estimator = find_estimator(name)
+    depth = problem.buffers.depth
     if not estimator.bent or (estimator.reads_normals(problem.options) and problem.buffers.normals is None):
         return None
     if not radius > 0:
         return exact_bounds(np.zeros((*depth.shape, 3), np.float32))
     seen, view, formulas = driver_arguments(problem, radius, name)
-    sums, count = np.zeros((3, 4, *depth.shape)), len(formulas.points) // formulas.sides
+    sums = np.zeros((3, 4, *depth.shape))
+    count = len(formulas.points) // formulas.sides
     for axis in range(3):
         bound_folds(seen, view, formulas._replace(axis=axis), 0.0, sums[axis])
     rounding = (count - 1) * problem.model.operation * count * _LARGEST_TERM * SAFETY
     unknown = (sums[:, 1] >= LIMITLESS).any(axis=0)
-    low, high = np.where(unknown, -1.0, sums[:, 0] - rounding), np.where(unknown, 1.0, sums[:, 1] + rounding)
+    low = np.where(unknown, -1.0, sums[:, 0] - rounding)
+    high = np.where(unknown, 1.0, sums[:, 1] + rounding)
     lower, upper = (np.where((depth < np.inf)[..., None], ends, 0.0) for ends in _unit_ends(low, high, problem.model))
     return Bounds(up_to_single(lower), down_to_single(upper), sums[0, 2].astype(np.int32))
 

@@ -54,7 +54,8 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     for k, (v, u) in enumerate(product((-half_width, 0.0, half_width), repeat=2)):
         triangles[k] = caster.gbuffer(displaced(view, u, v), color=None).triangle.ravel()
     vertices = transform_points(view.cast_from_world, caster.mesh.vertices)
-    lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
+    lower = np.empty(triangles.shape)
+    upper = np.empty(triangles.shape)
     depth_kernels.depth_ranges(view.rays, view.width, half_width, vertices, caster.mesh.faces, triangles, lower, upper)
     # Rounding of z in cast space: ROUNDINGS operations on the largest numbers that make it.
     largest = float(np.abs(vertices).max() + np.abs(view.cast_from_world[:, 3]).max())
@@ -63,14 +64,16 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     if view.screen_to_world is not None and not view.linear:
         near, far, orthographic = view.lens[4:7].tolist()
         rounding *= 3 * (1.0 if orthographic else far / near) / (far - near)
-    low, high = np.min(lower - rounding, axis=0), np.max(upper + rounding, axis=0)
+    low = np.min(lower - rounding, axis=0)
+    high = np.max(upper + rounding, axis=0)
     return Bounds(up_to_single(low).reshape(shape), down_to_single(high).reshape(shape))
 
 
 def distance_ends(view: View, lower: FloatArray, upper: FloatArray, model: ErrorModel) -> tuple[FloatArray, FloatArray]:
     """Least and largest distance along a camera's axis that a renderer may make of screen z between two ends."""
     camera = Pinhole(*view.lens.tolist())
-    near, far = camera.near, camera.far
+    near = camera.near
+    far = camera.far
     constants = (0.0, far - near, near) if camera.orthographic else plane_constants(near, far)
 
     def denominator(depth: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -78,11 +81,15 @@ def distance_ends(view: View, lower: FloatArray, upper: FloatArray, model: Error
         product = np.where(depth < np.inf, depth, 0.0) * constants[1]
         return product + constants[2], 6 * model.operation * (np.abs(product) + abs(constants[2]))
 
-    (low, low_error), (high, high_error) = denominator(lower), denominator(upper)
+    low, low_error = denominator(lower)
+    high, high_error = denominator(upper)
     if camera.orthographic:
-        low, high = low - low_error, high + high_error
+        low = low - low_error
+        high = high + high_error
     else:
-        relative_error, low, high = model.quotient + 2 * model.operation, low + low_error, high - high_error
+        relative_error = model.quotient + 2 * model.operation
+        low = low + low_error
+        high = high - high_error
         with np.errstate(divide="ignore"):
             low = np.where(low > 0, constants[0] * (1 - relative_error) / np.abs(low), np.inf)
             high = np.where(high > 0, constants[0] * (1 + relative_error) / np.abs(high), np.inf)
@@ -102,10 +109,12 @@ def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: 
         texture = caster.gbuffer(displaced(view, u, v), color).color
         if texture is None:
             raise InputError(f"{caster.mesh.name} has no colour")
-        low, high = np.minimum(low, texture), np.maximum(high, texture)
+        low = np.minimum(low, texture)
+        high = np.maximum(high, texture)
     if error_model.exact:
         return exact_bounds(high)
-    low, high = low.astype(np.float64), high.astype(np.float64)
+    low = low.astype(np.float64)
+    high = high.astype(np.float64)
     margin = (high - low) + ROUNDINGS * error_model.operation * high
     return Bounds(up_to_single(low - margin), down_to_single(high + margin))
 
@@ -136,12 +145,14 @@ def texture_depth_bounds(depth: Texture, model: str | ErrorModel = "shader") -> 
     with np.errstate(invalid="ignore"):  # infinity less infinity, between two texels without surface
         slope = np.max([_finite_size(step.neighbour - reference) for step in steps], axis=0)
         margin = slope * SLOPES * error_model.centre + rounding
-        lower, upper = [reference - margin], [reference + margin]
+        lower = [reference - margin]
+        upper = [reference + margin]
         for neighbour, second, jump in steps:
             extrapolated = np.where(np.isfinite(second) & np.isfinite(neighbour), 2 * neighbour - second, neighbour)
             lower.append(np.where(jump, np.minimum(neighbour, extrapolated) - margin, lower[0]))
             upper.append(np.where(jump, np.maximum(neighbour, extrapolated) + margin, upper[0]))
-    low, high = up_to_single(np.array(lower)), down_to_single(np.array(upper))
+    low = up_to_single(np.array(lower))
+    high = down_to_single(np.array(upper))
     return Bounds(low.min(axis=0), high.max(axis=0), outliers=outlier_limit(depth, error_model), ranges=(low, high))
 
 
@@ -170,7 +181,8 @@ def outlier_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
     texels next to it count here. So the mean number m is at most 2 sqrt(2) c times the texels at a jump of depth; the
     limit is m + 4 sqrt(m), four standard deviations above it; 0 for an exact model.
     """
-    error_model, reference = find_model(model), depth.astype(np.float64)
+    error_model = find_model(model)
+    reference = depth.astype(np.float64)
     if error_model.exact:
         return 0
     jumps = [step.jump for step in _neighbour_steps(reference, ROUNDINGS * error_model.operation * _largest(reference))]
@@ -199,7 +211,9 @@ def _neighbour_steps(reference: FloatArray, rounding: float) -> list[_Step]:
         for j, i in product((-1, 0, 1), repeat=2):
             if (j, i) == (0, 0):
                 continue
-            neighbour, second, opposite = shifted(j, i), shifted(2 * j, 2 * i), shifted(-j, -i)
+            neighbour = shifted(j, i)
+            second = shifted(2 * j, 2 * i)
+            opposite = shifted(-j, -i)
             slopes = _finite_size(second - neighbour) + _finite_size(reference - opposite)
             jump = (neighbour != reference) & ~(np.abs(neighbour - reference) <= 4 * (slopes + rounding))
             steps.append(_Step(neighbour, second, jump))
@@ -235,7 +249,9 @@ class PositionBounds:
     @np.errstate(invalid="ignore")  # of a NaN that signals, and where there is no surface
     def outside(self, positions: Texture) -> NDArray[np.bool_]:
         """Whether each texel's position does not fit, (H, W, 3)."""
-        depth, operation, (height, width) = self.depth, self.model.operation, self.depth.shape
+        depth = self.depth
+        operation = self.model.operation
+        height, width = self.depth.shape
         coordinate_error = np.full(positions.shape, ROUNDINGS * operation * _largest(positions))
         exact_positions = np.ascontiguousarray(positions, np.float64)
         image, error, _ = project_positions(exact_positions, coordinate_error, self.world_to_image, self.model)

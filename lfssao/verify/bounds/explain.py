@@ -77,7 +77,8 @@ def _texel_of(u: float, v: float, in_domain: bool, shape: tuple[int, ...]) -> tu
     """Column and row of an image point and its distance from the texel's edge; None and infinity outside."""
     if not (in_domain and 0 <= u < shape[1] and 0 <= v < shape[0]):
         return None, np.inf
-    column, row = int(u), int(v)
+    column = int(u)
+    row = int(v)
     return (column, row), min(u - column, column + 1 - u, v - row, row + 1 - v)
 
 

@@ -22,7 +22,8 @@ _LONGEST_NORMAL = 2.0  # coordinates of normals that are no unit vectors: powers
 
 def multiresolution(problem: Problem, radius: float) -> Bounds | None:
     """Bounds of ``multiresolution``; None if R squared may be flushed or infinite. With long normals any is right."""
-    options, model = find_estimator("multiresolution").options(**problem.options), problem.model
+    options = find_estimator("multiresolution").options(**problem.options)
+    model = problem.model
     assert isinstance(options, MultiresolutionOptions)
     with np.errstate(over="ignore"):
         squared = float(rounded_to_single(float(radius) * float(radius)))
@@ -38,17 +39,20 @@ def multiresolution(problem: Problem, radius: float) -> Bounds | None:
     positions, normals = (
         rounded_to_single(texture).reshape(-1, 3) for texture in (problem.buffers.positions, problem.buffers.normals)
     )
-    levels, single_radius = level_pyramid(problem.buffers.depth, options.levels), float(rounded_to_single(radius))
+    levels = level_pyramid(problem.buffers.depth, options.levels)
+    single_radius = float(rounded_to_single(radius))
     taps = (2 * options.kernel + 1) ** 2 - 1
     relative_error = _sum_error(taps, model) + model.quotient * SAFETY
     occlusion = np.empty((2, 2, 0, 0))
     for k in reversed(range(options.levels)):
-        coarser, level = occlusion, levels[k]
+        coarser = occlusion
+        level = levels[k]
         sums = np.empty((2, *level.shape))
         bound_level(level, positions, normals, options.kernel, single_radius, squared, model.errors, sums)
         sums[0] *= (1 - relative_error) / taps
         sums[1] *= (1 + relative_error) / taps
-        occlusion, undecided = np.stack([sums, sums]), np.zeros(level.shape, np.int32)
+        occlusion = np.stack([sums, sums])
+        undecided = np.zeros(level.shape, np.int32)
         if k + 1 < options.levels:
             bound_refined(
                 level, levels[k + 1], positions, normals, single_radius, model.errors, coarser, occlusion, undecided

@@ -17,8 +17,10 @@ _BATCH = 16  # samples whose bits are in memory together
 
 def neighbours(problem: Problem, radius: float) -> Bounds:
     """Bounds of ``lf-neighbours``; with no other modules those of ``lf`` by Algorithm 2."""
-    model, points = problem.model, sample_points(problem.points, radius)
-    surface, n = problem.surface(radius, directions=False, kind=IMAGE), len(problem.points)
+    model = problem.model
+    points = sample_points(problem.points, radius)
+    surface = problem.surface(radius, directions=False, kind=IMAGE)
+    n = len(problem.points)
     views = [surface]
     for mapping, depth in problem.buffers.neighbours:
         numbers = rounded_to_single(mapping.numbers)
@@ -30,7 +32,8 @@ def neighbours(problem: Problem, radius: float) -> Bounds:
         found = np.zeros((*surface.depth.shape, len(batch.offsets)), np.uint8)
         for view in views:
             add_view(surface.depth, view, batch, model.errors, found)
-        hidden, clear = found & CERTAIN * HIDDEN > 0, found & CERTAIN * OPEN > 0
+        hidden = found & CERTAIN * HIDDEN > 0
+        clear = found & CERTAIN * OPEN > 0
         fewest += np.count_nonzero(hidden & (found & OPEN == 0), axis=-1).astype(np.int32)
         most += np.count_nonzero((found & HIDDEN > 0) & ~clear, axis=-1).astype(np.int32)
     low, high = fraction_bounds(n, model)

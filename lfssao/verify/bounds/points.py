@@ -72,7 +72,8 @@ def term_tracer(problem: Problem, radius: float, name: str) -> Callable[[int, in
     samples = 0 if hasattr(formulas, "steps") else len(formulas.points)
 
     def trace(row: int, column: int) -> FloatArray:
-        table, sums = np.zeros((samples, 6)), np.zeros((4, *seen.depth.shape))
+        table = np.zeros((samples, 6))
+        sums = np.zeros((4, *seen.depth.shape))
         table[:, 4] = np.inf
         if samples:
             texel = row * seen.depth.shape[1] + column
@@ -86,7 +87,8 @@ def term_tracer(problem: Problem, radius: float, name: str) -> Callable[[int, in
 
 def _two_radii_bounds(problem: Problem, radius: float, *, bounds_at: Callable[..., Bounds]) -> Bounds:
     """Bounds of VO, of one radius as ``at`` bounds it, or of two."""
-    first, second = bounds_at(problem, radius), float(problem.options["second"])
+    first = bounds_at(problem, radius)
+    second = float(problem.options["second"])
     if second == 0:
         return first
     other = bounds_at(problem, second * radius)
@@ -135,7 +137,8 @@ def _formula_bounds(problem: Problem, radius: float, *, name: str) -> Bounds:
     end_sums(view, formulas, sums.reshape(4, -1))
     lower, upper, undecided, _ = sums
     has_surface = seen.depth < np.inf
-    lower, upper = np.where(has_surface, lower, 0), np.where(has_surface, upper, 0)
+    lower = np.where(has_surface, lower, 0)
+    upper = np.where(has_surface, upper, 0)
     return Bounds(up_to_single(lower), down_to_single(upper), undecided.astype(np.int32))
 
 

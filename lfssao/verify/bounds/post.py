@@ -25,7 +25,8 @@ from lfssao.verify.bounds.error_model import ErrorModel, find_model
 
 def merge_bounds(layers: Sequence[Bounds]) -> Bounds:
     """Bounds of the maximum over radii, which rounds nothing: that of all lower and of all upper ends (InputError)."""
-    lower, upper = merge([layer.lower for layer in layers]), merge([layer.upper for layer in layers])
+    lower = merge([layer.lower for layer in layers])
+    upper = merge([layer.upper for layer in layers])
     counts = [layer.undecided for layer in layers if layer.undecided is not None]
     return Bounds(lower, upper, sum(counts[1:], counts[0]) if len(counts) == len(layers) else None)
 
@@ -70,12 +71,15 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
     margin = ((weights + errors) * sum_factor - weights) * SAFETY + flushed
     lower, upper = _complement_ends(occlusion.lower.astype(np.float64), occlusion.upper.astype(np.float64), error_model)
     for blur_pass in (post_kernels.blur_horizontal, post_kernels.blur_vertical) if n > 1 else ():
-        low, high, error = np.empty_like(lower), np.empty_like(lower), np.empty_like(lower)
+        low = np.empty_like(lower)
+        high = np.empty_like(lower)
+        error = np.empty_like(lower)
         blur_pass(lower, weights, low)
         blur_pass(upper, weights, high)
         blur_pass(_largest_size(lower, upper), margin, error)
         error += (2 * n + 2) * error_model.smallest
-        lower, upper = low - error, high + error
+        lower = low - error
+        upper = high + error
     lower, upper = _complement_ends(lower, upper, error_model)
     return Bounds(up_to_single(lower), down_to_single(upper))
 
@@ -100,7 +104,8 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
     times those, and by its own error; and divides by the sum, whose error is the weights' mean and n - 1 roundings.
     sigma is positive, the model not an exact one.
     """
-    weights, r = gaussian_kernel(sigma), model.operation
+    weights = gaussian_kernel(sigma)
+    r = model.operation
     radius = len(weights) // 2
     x = 0.5 * (np.arange(-radius, radius + 1) / sigma) ** 2
     x = np.where(weights > 0, x, 0.0)  # where exp is 0 in float64 no error makes more of it
@@ -121,7 +126,8 @@ def shade_bounds(rgb: Texture | Bounds, occlusion: Bounds, model: str | ErrorMod
     r abs(rgb) (abs(ao) + 2 abs(1 - ao)) (1 + r). The least of the product less this error, which is concave in either
     factor, is at ends of both; so is the largest.
     """
-    error_model, image_bounds = find_model(model), rgb if isinstance(rgb, Bounds) else exact_bounds(rgb)
+    error_model = find_model(model)
+    image_bounds = rgb if isinstance(rgb, Bounds) else exact_bounds(rgb)
     if error_model.exact:
         ends = [
             shade(*end) for end in product((image_bounds.lower, image_bounds.upper), (occlusion.lower, occlusion.upper))
@@ -134,10 +140,12 @@ def shade_bounds(rgb: Texture | Bounds, occlusion: Bounds, model: str | ErrorMod
     low: Any = np.inf
     high: Any = -np.inf
     for color, ao in product(_ends(image_bounds), _ends(occlusion)):
-        c, a = color.astype(np.float64), ao.astype(np.float64)[..., None]
+        c = color.astype(np.float64)
+        a = ao.astype(np.float64)[..., None]
         exact = c * (1 - a)
         error = np.abs(c) * (np.abs(a) + 2 * np.abs(1 - a)) * (r * (1 + 4 * r)) + 4 * error_model.smallest * (c != 0)
-        low, high = np.minimum(low, exact - error), np.maximum(high, exact + error)
+        low = np.minimum(low, exact - error)
+        high = np.maximum(high, exact + error)
     return Bounds(up_to_single(low), down_to_single(high))
 
 

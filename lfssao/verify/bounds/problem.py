@@ -35,7 +35,8 @@ class Problem(NamedTuple):
 
     def surface(self, radius: float, directions: bool = True, kind: int = CAST) -> Seen:
         """The view as kernels take it, with depths of that kind (``with_depths``)."""
-        buffers, view = self.buffers, self.buffers.view
+        buffers = self.buffers
+        view = self.buffers.view
         depth, depth_error = image_depth(view, buffers.depth, self.model)
         turns = None if buffers.turns is None else buffers.turns[:2]
         surface = checked_view(depth, buffers.positions, view.world_to_image, radius, None, turns, depth_error)
@@ -48,7 +49,8 @@ class Problem(NamedTuple):
 
     def surface_of(self, formulas: Any, radius: float, options: estimator.Options) -> Seen:
         """The view as kernels take it, with the depths that an estimator's formulas compare."""
-        kind, cleared = IMAGE if "image_z" in words_of(formulas) else CAST, cleared_z(options)
+        kind = IMAGE if "image_z" in words_of(formulas) else CAST
+        cleared = cleared_z(options)
         surface = self._replace(buffers=with_cleared(self.buffers, cleared)).surface(radius, kind=kind)
         surface = surface._replace(depth=np.ascontiguousarray(self.buffers.depth))
         if cleared is not None and kind == CAST:
@@ -62,7 +64,8 @@ def ball_view(
 ) -> BallView:
     """Return a view's textures and mapping as formulas of balls that name these words read them."""
     floats = float_view(buffers, words, options)
-    numbers, extra = to_double(floats), floats.depth.size - seen.depth.size
+    numbers = to_double(floats)
+    extra = floats.depth.size - seen.depth.size
     background = np.full(extra, np.inf) if floats.surfaces is None else floats.surfaces[seen.depth.size :]
     shared = "kind", "rows", "lens", "axes", "width", "divides", "look", "third"
     return BallView(
@@ -97,7 +100,8 @@ def moment_balls(seen: Seen, prefilter: bool, model: ErrorModel) -> BallPyramid:
     """Return the moments of a view's depth, between the least and the largest of each surface."""
     has_surface = seen.depth < np.inf
     low, high = (np.where(has_surface, end, 0.0) for end in (seen.low, seen.high))
-    z, error = 0.5 * (low + high), 0.5 * (high - low)
+    z = 0.5 * (low + high)
+    error = 0.5 * (high - low)
     size = np.abs(z)
     square_error = (2 * size + error) * error + 2 * model.operation * size * size
     values = filtered(np.stack([has_surface.astype(np.float64), z, z * z], axis=-1), prefilter)

@@ -38,11 +38,13 @@ from lfssao.verify.bounds.ssao import distance_error, rounded_to_single
 
 def sao(problem: Problem, radius: float) -> Bounds:
     """Bounds of ``sao`` and ``sao-equation-1``."""
-    buffers, model = problem.buffers, problem.model
+    buffers = problem.buffers
+    model = problem.model
     options: AnyOptions = (AppendixOptions if "intensity" in problem.options else Equation1Options)(**problem.options)  # type: ignore[arg-type]
     if radius == 0:
         return exact_bounds(np.zeros_like(buffers.depth))
-    rays, z = texel_rays(buffers.view, np.dtype(np.float32)), _linear_z(problem)
+    rays = texel_rays(buffers.view, np.dtype(np.float32))
+    z = _linear_z(problem)
     sums, undecided, counts = _sampled(problem, options, rays, radius, z)
     visibility = visibility_of_sum(sums, float(scale_of(options, np.dtype(np.float32))), counts, model)
     visibility = _averaged(visibility, z, options.quad_edge * radius / float(rays.units[2]), model)
@@ -62,7 +64,8 @@ def _sampled(
 
     Nothing is known where it is in doubt whether a texel, or the next one, shows a surface.
     """
-    surface, has_surface = problem.surface(0.0, False), z[1] < np.inf
+    surface = problem.surface(0.0, False)
+    has_surface = z[1] < np.inf
     low, high, first = _hierarchy(z, rays.origin, options, problem.model)
     view = ball_view(problem.buffers, surface._replace(low=z[0], high=z[1]), problem.model, (), options)._replace(
         depth=np.where(has_surface, 0, np.inf).astype(np.float32).ravel(),
@@ -80,13 +83,17 @@ def _sampled(
         doubtful[1:-1, 1:-1] | doubtful[:-2, 1:-1] | doubtful[2:, 1:-1] | doubtful[1:-1, :-2] | doubtful[1:-1, 2:]
     )
     unknown = near_doubt & (z[0] < np.inf)
-    sums[0][unknown], sums[1][unknown], sums[2][unknown], sums[3][unknown] = 0, LIMITLESS, options.taps, options.taps
+    sums[0][unknown] = 0
+    sums[1][unknown] = LIMITLESS
+    sums[2][unknown] = options.taps
+    sums[3][unknown] = options.taps
     return (sums[0], sums[1]), sums[2].astype(np.int32), sums[3]
 
 
 def _linear_z(problem: Problem) -> Ends:
     """Ends of linear z: the depth of a module or a linear camera, or what a camera's division makes of it."""
-    view, depth = problem.buffers.view, problem.buffers.depth.astype(np.float64)
+    view = problem.buffers.view
+    depth = problem.buffers.depth.astype(np.float64)
     if view.linear:
         return depth * (1 - distance_error(problem.model)), depth * (1 + distance_error(problem.model))
     return (depth, depth) if view.screen_to_world is None else distance_ends(view, depth, depth, problem.model)
@@ -100,7 +107,8 @@ def _hierarchy(
     A level grows with the one before, but for harmonic means where a distance may not be positive: these are any number
     between the four. Means round, sums of inverse distances most.
     """
-    mip, ends = options.mip, []
+    mip = options.mip
+    ends = []
     mixed = mip == "harmonic" and not (z[0] > origin).all()
     size = max(float(np.max(np.abs(end), initial=0, where=end < np.inf)) for end in z) + abs(origin)
     rounding = (2 * model.quotient + 8 * model.operation) * size if mip in ("arithmetic", "harmonic") else 0.0
@@ -113,13 +121,15 @@ def _hierarchy(
 @np.errstate(invalid="ignore")  # of two texels without a surface
 def _averaged(visibility: Ends, z: Ends, edge: float, model: ErrorModel) -> Ends:
     """Ends of the 2x2 average: of pairs in rows, then in columns."""
-    averaged, r = (visibility[0].copy(), visibility[1].copy()), 4 * model.operation
+    averaged = (visibility[0].copy(), visibility[1].copy())
+    r = 4 * model.operation
     for axis in (1, 0):
         (a, b), (c, d) = (_texel_pairs(end, axis) for end in averaged)
         (p, q), (s, t) = (_texel_pairs(end, axis) for end in z)
         may = np.maximum(np.maximum(q - s, p - t), 0) * (1 - r) < edge * (1 + r)
         must = np.maximum(s - q, t - p) * (1 + r) < edge * (1 - r)
-        least, most = (a + b) * (0.5 - r), np.minimum((c + d) * (0.5 + r), 1)
+        least = (a + b) * (0.5 - r)
+        most = np.minimum((c + d) * (0.5 + r), 1)
         for low, high in ((a, c), (b, d)):
             low[...] = np.where(must, least, np.where(may, np.minimum(low, least), low))
             high[...] = np.where(must, most, np.where(may, np.maximum(high, most), high))
@@ -138,13 +148,15 @@ def _keys(z: Ends, origin: float, z_min: float, model: ErrorModel) -> Ends:
     distances = [np.maximum(end - float(rounded_to_single(origin)), 0) for end in z]
     ranges = [z_min or float(np.max(end, initial=origin, where=end < np.inf)) - origin for end in z]
     ranges = [size if size > 0 and 1 / size < np.inf else 1.0 for size in ranges]
-    low, high = distances[0] / ranges[1] * (1 - r), distances[1] / ranges[0] * (1 + r)
+    low = distances[0] / ranges[1] * (1 - r)
+    high = distances[1] / ranges[0] * (1 + r)
     return np.where(z[0] < np.inf, np.minimum(low, 1), np.inf), np.where(z[1] < np.inf, np.minimum(high, 1), np.inf)
 
 
 def _stored(visibility: Ends, keys: Ends, model: ErrorModel) -> tuple[Ends, Ends]:
     """Ends of A and keys after their three bytes."""
-    r, ends = model.quotient + 4 * model.operation, []
+    r = model.quotient + 4 * model.operation
+    ends = []
     for a, key, sign in zip(visibility, keys, (-1, 1), strict=True):
         byte = np.floor(np.clip(a * 255 + 0.5 + sign * 256 * r, 0, 255))
         moved = np.clip(np.where(key < np.inf, key, 0) + sign * r / 64, 0, 1) * 256
@@ -159,11 +171,13 @@ def _stored(visibility: Ends, keys: Ends, model: ErrorModel) -> tuple[Ends, Ends
 @np.errstate(invalid="ignore")  # of texels without a surface
 def _reconstructed(visibility: Ends, keys: Ends, weights: FloatArray, options: SaoOptions, model: ErrorModel) -> Ends:
     """Ends of A after both passes: the largest mean has largest numbers with their largest weights, others' least."""
-    r, sharpness = 4 * model.operation, float(rounded_to_single(options.sharpness))
+    r = 4 * model.operation
+    sharpness = float(rounded_to_single(options.sharpness))
     for axis in (1, 0):
         if options.packed:
             visibility, keys = _stored(visibility, keys, model)
-        least, most = [], []
+        least = []
+        most = []
         for tap, weight in enumerate(weights.tolist()):
             offset = STRIDE * (tap - TAPS_RADIUS)
             low, high = (_shifted(end, offset, axis) for end in keys)
@@ -201,14 +215,16 @@ def sum_error(n: Any, model: ErrorModel) -> Any:
 def visibility_of_sum(sums: Ends, scale: float, n: Any, model: ErrorModel) -> Ends:
     """Ends of max(0, 1 - scale sum), of n terms."""
     relative_error = sum_error(n, model)
-    low, high = scale * sums[0] * (1 - relative_error), scale * sums[1] * (1 + relative_error)
+    low = scale * sums[0] * (1 - relative_error)
+    high = scale * sums[1] * (1 + relative_error)
     least = np.where(high > 0, np.maximum(1 - high, 0) * (1 - model.operation * SAFETY), 1.0)
     return least, np.minimum(np.maximum(1 - low, 0) * (1 + model.operation * SAFETY), 1)
 
 
 def occlusion_of_visibility(visibility: Ends, k: float, undecided: NDArray[np.int32], model: ErrorModel) -> Bounds:
     """Bounds of 1 - A^k, A between ends, 1 but for rounding at most."""
-    low, high = 1 - _power_end(visibility[1], k, 1, model), 1 - _power_end(visibility[0], k, -1, model)
+    low = 1 - _power_end(visibility[1], k, 1, model)
+    high = 1 - _power_end(visibility[0], k, -1, model)
     rounding = model.operation * SAFETY
     upper = np.minimum(high * (1 + rounding), 1)
     return Bounds(up_to_single(low - rounding * np.abs(low)), down_to_single(upper), undecided)

@@ -57,7 +57,8 @@ def ao_bounds(
 
 def count_bounds(seen: Seen, points: Points, fractions: tuple[Texture, Texture], model: ErrorModel) -> Bounds:
     """Bounds of occlusion by counts of hidden samples, from those of each count."""
-    fewest, most = np.empty(seen.depth.shape, np.int32), np.empty(seen.depth.shape, np.int32)
+    fewest = np.empty(seen.depth.shape, np.int32)
+    most = np.empty(seen.depth.shape, np.int32)
     count_hidden(seen, points, model.errors, fewest, most)
     return Bounds(fractions[0][fewest], fractions[1][most], most - fewest)
 
@@ -75,7 +76,8 @@ def checked_view(
     check_single("depth", depth, 2)
     check_turns(turns, depth)
     check_radius(radius)
-    inverse, world_positions = np.empty(0), NOTHING
+    inverse = np.empty(0)
+    world_positions = NOTHING
     if screen_to_world is not None:
         if np.shape(screen_to_world) != (4, 4):
             raise InputError(f"screen_to_world has shape {np.shape(screen_to_world)}, expected (4, 4)")
@@ -121,7 +123,8 @@ def image_depth(view: View, depth: Texture, model: ErrorModel) -> tuple[Texture,
 
 def with_depth_ends(seen: Seen, model: ErrorModel, kind: int = IMAGE) -> Seen:
     """The same with the depths of surfaces, as ``write_depths`` makes them."""
-    low, high = np.empty(seen.depth.shape), np.empty(seen.depth.shape)
+    low = np.empty(seen.depth.shape)
+    high = np.empty(seen.depth.shape)
     write_depths(seen, kind, model.errors, low, high)
     return seen._replace(low=low, high=high)
 
@@ -147,9 +150,13 @@ def project_positions(
     of u is minus infinity for a position that is outside the domain for sure.
     """
     shape = positions.shape
-    points, errors = positions.reshape(-1, 3), coordinate_error.reshape(-1, 3)
-    image, error, certain = np.empty_like(points), np.empty_like(points), np.empty(len(points), np.bool_)
-    kind, numbers = world_to_image.kind, rounded_to_single(world_to_image.numbers)
+    points = positions.reshape(-1, 3)
+    errors = coordinate_error.reshape(-1, 3)
+    image = np.empty_like(points)
+    error = np.empty_like(points)
+    certain = np.empty(len(points), np.bool_)
+    kind = world_to_image.kind
+    numbers = rounded_to_single(world_to_image.numbers)
     map_positions(points, errors, kind, numbers, model.errors, image, error, certain)
     return image.reshape(shape), error.reshape(shape), certain.reshape(shape[:-1])
 
@@ -168,5 +175,6 @@ def fraction_bounds(n: int, model: ErrorModel) -> tuple[Texture, Texture]:
     k = np.arange(n + 1)
     relative_error = model.quotient + k * model.operation * (1 + k * model.operation)
     fraction = k / n
-    low, high = fraction * (1 - relative_error * SAFETY), fraction * (1 + relative_error * SAFETY)
+    low = fraction * (1 - relative_error * SAFETY)
+    high = fraction * (1 + relative_error * SAFETY)
     return up_to_single(low), down_to_single(high)

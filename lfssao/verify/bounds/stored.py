@@ -70,7 +70,8 @@ class TextureFormat:
         Values are wrong before they are stored if none within bounds is stored as what is read. Then all that are
         stored so count, but none beyond the format's range.
         """
-        lower, upper = bounds.lower, bounds.upper
+        lower = bounds.lower
+        upper = bounds.upper
         if read is None:
             low, high = self.ends(lower, upper, model)
         else:
@@ -87,9 +88,11 @@ class TextureFormat:
         That is ``ends`` backwards: a value is moved by its conversion and then rounded. 1 - what is read is off by the
         rounding of a float32 number near 1.
         """
-        values, conversion_error = read.astype(np.float64), FORMATS[self.format][2]
+        values = read.astype(np.float64)
+        conversion_error = FORMATS[self.format][2]
         if self.visibility:
-            values, conversion_error = 1 - values, conversion_error + (0.0 if model.exact else model.quotient)
+            values = 1 - values
+            conversion_error = conversion_error + (0.0 if model.exact else model.quotient)
         low, high = (
             _widened(end, sign * conversion_error * (1 + conversion_error))
             for end, sign in zip(self._rounding_interval(values), (-1, 1), strict=True)
@@ -104,11 +107,13 @@ class TextureFormat:
         if self.format == "float":
             return values, values
         if self.format == "srgb8":
-            edges, codes = np.concatenate([[-np.inf], code_edges(), [np.inf]]), to_codes(values).astype(np.intp)
+            edges = np.concatenate([[-np.inf], code_edges(), [np.inf]])
+            codes = to_codes(values).astype(np.intp)
             return edges[codes], edges[codes + 1]
         if largest:
             code = np.rint(np.clip(values, 0, 1) * largest)
-            low, high = (code - 0.5) / largest, (code + 0.5) / largest
+            low = (code - 0.5) / largest
+            high = (code + 0.5) / largest
             return np.where(code > 0, low, -np.inf), np.where(code < largest, high, np.inf)
         with np.errstate(over="ignore"):
             nearest = values.astype(np.float16)
@@ -134,7 +139,9 @@ class TextureFormat:
         self, lower: NDArray[Any], upper: NDArray[Any], model: ErrorModel, floor: bool = False
     ) -> tuple[Texture, Texture]:
         """Smallest and largest of what is read of values between two, of any shape; ``floor`` cuts codes."""
-        low, high, conversion_error = lower.astype(np.float64), upper.astype(np.float64), FORMATS[self.format][2]
+        low = lower.astype(np.float64)
+        high = upper.astype(np.float64)
+        conversion_error = FORMATS[self.format][2]
         # Visibility is made by a subtraction, or as (N - k) / N.
         complement_error = 0.0 if model.exact or not self.visibility else model.quotient
         low, high = (1 - high, 1 - low) if self.visibility else (low, high)

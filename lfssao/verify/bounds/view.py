@@ -34,14 +34,17 @@ from lfssao.verify.case import (
 
 def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
     """Bounds of occlusion of radius R by the parameters' estimator, guard band included; None where none are known."""
-    mapping, name = described_mapping(parameters), parameters.get("estimator", "lf")
-    depth, positions = inputs.get("depth"), inputs.get("positions")
+    mapping = described_mapping(parameters)
+    name = parameters.get("estimator", "lf")
+    depth = inputs.get("depth")
+    positions = inputs.get("positions")
     inverse = parameters.get("screen_to_world")
     if depth is None or (positions is None and inverse is None):
         return None
     if name == "lf":
         turns = described_turns(parameters, inputs)
-        depth_error, inverse = 0.0, None if inverse is None else np.array(inverse)
+        depth_error = 0.0
+        inverse = None if inverse is None else np.array(inverse)
         if "view" in parameters:
             depth, depth_error = image_depth(described_view(parameters), depth, model)
         return ao_bounds(depth, positions, mapping, inputs["samples"], radius, model, inverse, turns, depth_error)
@@ -65,8 +68,10 @@ def bent_normal_bounds(parameters: Parameters, inputs: Arrays, radius: float, mo
 
 def described_problem(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Problem:
     """The arguments of bounds of an estimator but ``lf`` at radius R, by parameters and inputs of a view."""
-    seen, options = described_buffers(parameters, inputs), described_options(parameters, radius)
-    points, weights = inputs.get("points"), inputs.get("weights")
+    seen = described_buffers(parameters, inputs)
+    options = described_options(parameters, radius)
+    points = inputs.get("points")
+    weights = inputs.get("weights")
     return Problem(seen, np.asarray([] if points is None else points, np.float64), weights, options, model)
 
 
@@ -89,8 +94,12 @@ class ViewBounds:
         mesh_bounds: Mapping[str, Bounds] | None = None,
         formats: Mapping[str, TextureFormat] | None = None,
     ) -> None:
-        self._parameters, self._inputs, self._model = parameters, inputs, model
-        self._rendered, self._reference, self._formats = rendered or {}, reference or {}, formats or {}
+        self._parameters = parameters
+        self._inputs = inputs
+        self._model = model
+        self._rendered = rendered or {}
+        self._reference = reference or {}
+        self._formats = formats or {}
         self._mesh_bounds = {} if mesh_bounds is None else mesh_bounds  # its length would cast all rays
         self._guard = int(parameters["guard"])
         radii = dict(enumerate(parameters["radii"], start=1))
@@ -132,10 +141,12 @@ class ViewBounds:
             return _merged([self._input_bounds(layer) for layer in self._radii])
         if name == "blurred":
             return self._blurred()
-        blurred, image = self._input_bounds("blurred") if name == "shaded" else None, self._inputs.get("image")
+        blurred = self._input_bounds("blurred") if name == "shaded" else None
+        image = self._inputs.get("image")
         if blurred is None or image is None:
             return None
-        image_bounds, color = exact_bounds(image), self.find("color") if "color" in self._formats else None
+        image_bounds = exact_bounds(image)
+        color = self.find("color") if "color" in self._formats else None
         if isinstance(color, Bounds):
             image_bounds = self._formats["color"].before_or_after(color, self._model, image)
         return shade_bounds(image_bounds.crop(self._guard), blurred, self._model)
@@ -157,10 +168,13 @@ class ViewBounds:
 
     def _with_guard_band(self, rendered: Texture, whole: Bounds) -> Bounds:
         """The renderer's own merged texture, and bounds of it in the guard band."""
-        inside, wrong = (slice(self._guard, -self._guard),) * 2, whole.crop(self._guard).outside(rendered).any()
-        lower, upper = np.array(whole.lower), np.array(whole.upper)
+        inside = (slice(self._guard, -self._guard),) * 2
+        wrong = whole.crop(self._guard).outside(rendered).any()
+        lower = np.array(whole.lower)
+        upper = np.array(whole.upper)
         if wrong:
-            lower[:], upper[:] = 0, 1
+            lower[:] = 0
+            upper[:] = 1
         lower[inside] = upper[inside] = rendered
         return replace(whole, lower=lower, upper=upper)
 

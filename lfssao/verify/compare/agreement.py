@@ -42,7 +42,8 @@ def surface_parts(depth: NDArray[np.float32], height: int) -> dict[str, Flags]:
     A texel is of a silhouette if one of the 3 x 3 around it sees no surface, or if depth bends there, along its row or
     column, by more than 1 % of the texture's range: planes do not bend in a camera's depth.
     """
-    surface, depths = np.isfinite(depth), depth.astype(np.float64)
+    surface = np.isfinite(depth)
+    depths = depth.astype(np.float64)
     edges: Flags = np.asarray(sliding_window_view(np.pad(~surface, 1), (3, 3)).any(axis=(2, 3)))
     step = _STEP * np.ptp(depths[surface]) if surface.any() else 0.0
     with np.errstate(invalid="ignore"):  # no surface
@@ -64,8 +65,11 @@ def agreements(mine: Plane, reference: Plane, parts: Mapping[str, Flags]) -> dic
 
 
 def _agreement(mine: NDArray[np.float64], reference: NDArray[np.float64]) -> Agreement:
-    error, mean, reference_mean = np.abs(mine - reference), float(mine.mean()), float(reference.mean())
-    x, y = reference - reference_mean, mine - mean
+    error = np.abs(mine - reference)
+    mean = float(mine.mean())
+    reference_mean = float(reference.mean())
+    x = reference - reference_mean
+    y = mine - mean
     xx, xy, yy = (float((a * b).sum()) for a, b in ((x, x), (x, y), (y, y)))
     slope = xy / xx if xx > 0 else None
     return Agreement(

@@ -47,7 +47,8 @@ def replace_backgrounds(
     Returned are, by the textures' names, a value that all texels without surface share and the user does not
     accept, and the texels of depth and positions that have it. Occlusion keeps its own, as later stages read it.
     """
-    depth, backgrounds = case.outputs.get("depth"), {}
+    depth = case.outputs.get("depth")
+    backgrounds = {}
     if case.stage != VIEW or depth is None:
         return {}
     for name in list(mine):

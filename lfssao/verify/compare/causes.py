@@ -56,7 +56,8 @@ def _same_candidate(candidates: Sequence[Candidate], candidate: Candidate) -> Ca
 
 
 def _cause(best: Candidate, results: Sequence[Result]) -> Cause:
-    modules, layers = dict.fromkeys(r.module for r in results), list(dict.fromkeys(r.layer for r in results))
+    modules = dict.fromkeys(r.module for r in results)
+    layers = list(dict.fromkeys(r.layer for r in results))
     names = list(dict.fromkeys("AO" if layer.startswith("ao_") and len(layers) > 1 else layer for layer in layers))
     layer_names = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
     module_names = next(iter(modules)) if len(modules) == 1 else f"{len(modules)} modules"
@@ -70,7 +71,8 @@ def _cause(best: Candidate, results: Sequence[Result]) -> Cause:
     else:
         changes = best.words + "".join(f", or {other.words}," for other in others)
         words = f"{changes} explains {layer_names} of {module_names} ({percent(explained)} of {wrong} wrong texels)"
-    places, equal = tuple(r.place for r in results), tuple(other.kind for other in others)
+    places = tuple(r.place for r in results)
+    equal = tuple(other.kind for other in others)
     return Cause(best.kind, equal, best.values, words + hint, tuple(modules), tuple(layers), places)
 
 

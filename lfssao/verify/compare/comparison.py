@@ -72,13 +72,16 @@ class Comparison:
     ) -> None:
         if exact and tolerance:
             raise InputError("--exact asks for equal bits: it goes without --fail and --fail-percent")
-        self._model, self._storage = find_model(model), Storage(stored or {}, rules)
+        self._model = find_model(model)
+        self._storage = Storage(stored or {}, rules)
         self._background = background
         self._reference = Reference.open(reference)
         self._mine = Mine.open(mine, self._reference, files)
         self.modules = self._reference.chosen(cases)
         self._sides = Sides(self._reference, self._mine, self.modules)
-        self._layers, self._exact, self._tolerance = layers, exact, tolerance
+        self._layers = layers
+        self._exact = exact
+        self._tolerance = tolerance
         manifest = self._reference.manifest
         self._surface = None if manifest is None else Surface(self._reference.path, manifest, mesh)
         if mesh is not None:
@@ -86,7 +89,8 @@ class Comparison:
                 raise InputError(f"--mesh: {reference} is not what 'lfssao render' writes, its views are not known")
             _ = self._surface.mesh  # refused before anything is compared
         self._neighbours = Neighbours(self._reference, self._mine, self._storage, self._surface, background)
-        self._diagnosis, self._other_views = diagnosis, other_views
+        self._diagnosis = diagnosis
+        self._other_views = other_views
         self._diagnoser: Diagnoser | None = None  # made for the first wrong texture
         self._results: list[Result] = []
         self._notes = [f"{name} is of no module of the reference" for name in self._mine.extra]
@@ -172,7 +176,8 @@ class Comparison:
                 yield name, (judged, pool.submit(figures, layers[name], expected_layers[name], judged))
 
         with ThreadPoolExecutor(_MEASURED_AT_ONCE) as pool:
-            panels, pending = Panels(module), ahead(judged_layers(pool))
+            panels = Panels(module)
+            pending = ahead(judged_layers(pool))
             for expected in selected:
                 failure = matched.get(expected.name)
                 if isinstance(failure, Result):
@@ -182,7 +187,8 @@ class Comparison:
                 while expected.name not in judged_by_name:
                     judged_by_name.update([next(pending)])
                 value = backgrounds[expected.name][0] if expected.name in backgrounds else None
-                layer, (judged, future) = layers[expected.name], judged_by_name[expected.name]
+                layer = layers[expected.name]
+                judged, future = judged_by_name[expected.name]
                 judged = replace(judged, verdict=future.result().verdict)
                 self._add_result(future.result(), layer, expected, judged, mine, case, value)
                 if self._panels is None or self._panels.rank < WORST_RANK:
@@ -232,7 +238,8 @@ class Comparison:
         background: float | None,
     ) -> None:
         """Add the result on a layer with its diagnosis; ``judged`` has the verdict that tolerances leave."""
-        module, name = result.module, expected.name
+        module = result.module
+        name = expected.name
         if self._diagnosis and case.stage == VIEW and judgement.verdict in WRONG:
             details = layer.stored, layer.channels[0], background
             diagnosis = self._make_diagnoser().diagnose(module, name, mine, case, judgement, *details)

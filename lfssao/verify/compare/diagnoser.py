@@ -44,7 +44,8 @@ class Diagnoser:
         self, reference: Reference, model: ErrorModel, surface: Surface | None, other_views: Views | None = None
     ) -> None:
         self._surface = surface
-        self._reference, self._model = reference, MODELS["nearest"] if model.exact else model
+        self._reference = reference
+        self._model = MODELS["nearest"] if model.exact else model
         own = sorted(reference.files)
         self._views: Views = {**{name: (reference, name) for name in own}, **(other_views or {})}
         self._names = sorted(self._views) if other_views else own
@@ -119,7 +120,8 @@ class Diagnoser:
     @cached_property
     def _display(self) -> Display | Quilt | None:
         """The display or the quilt of the reference's manifest, if it has one."""
-        manifest, entries = self._reference.manifest or {}, self._reference.entries
+        manifest = self._reference.manifest or {}
+        entries = self._reference.entries
         if manifest.get("display") is None:
             with suppress(InputError, ValueError), reading_manifest(self._reference.path):
                 views = set_of(manifest)
@@ -169,13 +171,16 @@ class Diagnoser:
 
     def _layout_offsets(self, module: str, case: Case) -> dict[str, tuple[int, int]]:
         """Columns and rows at which a view lies in one texture of all, by how they are laid out."""
-        view, index = case.parameters["view"], self._names.index(module)
-        width, height = view["width"], view["height"]
+        view = case.parameters["view"]
+        index = self._names.index(module)
+        width = view["width"]
+        height = view["height"]
         offsets = {"side by side": (index * width, 0), "one above the other": (0, index * height)}
         quilt = (self._reference.manifest or {}).get("quilt")
         if quilt is not None:
             with suppress(ValueError, TypeError, KeyError):
-                columns, rows = int(quilt["columns"]), int(quilt["rows"])
+                columns = int(quilt["columns"])
+                rows = int(quilt["rows"])
                 number = int(module.rpartition("_")[2])
                 offsets["of a quilt"] = (number % columns * width, (rows - 1 - number // columns) * height)
         return {layout: offset for layout, offset in offsets.items() if offset != (0, 0)}

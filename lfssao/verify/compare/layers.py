@@ -57,7 +57,8 @@ def layers_of(parts: Sequence[ImagePart]) -> list[Layer]:
             groups.setdefault(part.name or _STANDARD.get(prefix, prefix) or "image", []).append(k)
         for name, indices in groups.items():
             indices.sort(key=lambda k: _channel_order(part.channels[k]))
-            channels, planes = tuple(part.channels[k] for k in indices), tuple(part.planes[k] for k in indices)
+            channels = tuple(part.channels[k] for k in indices)
+            planes = tuple(part.planes[k] for k in indices)
             layers.append(Layer(name, channels, planes, part.margins))
     return sorted(layers, key=lambda layer: stage_order(layer.name))
 
@@ -124,7 +125,9 @@ class Matcher:
     """Finder of a reference's layers among another renderer's channels of a module, by ``--map`` or by names."""
 
     def __init__(self, parts: Sequence[ImagePart], layers: Sequence[Layer], rules: Mapping[str, str]) -> None:
-        self._parts, self._layers, self._rules = parts, layers, rules
+        self._parts = parts
+        self._layers = layers
+        self._rules = rules
         self._all = [
             _Channel(part, name, f"{part.name}.{name}" if part.name else name, plane)
             for part in parts
@@ -272,7 +275,8 @@ class Storage:
             if unsuited or (format_name not in FORMATS and (name, format_name) != ("depth", LINEAR)):
                 known = f"formats are {', '.join(FORMATS)} (of colours), {LINEAR} (of depth)"
                 raise InputError(f"--stored: {name} cannot be '{format_name}'; {known}")
-        self.formats, self.rules = formats, {name.removeprefix(_VISIBILITY): mine for name, mine in rules.items()}
+        self.formats = formats
+        self.rules = {name.removeprefix(_VISIBILITY): mine for name, mine in rules.items()}
         self._inverted = set(self.rules) - set(rules)
         if len(self.rules) < len(rules):
             raise InputError("--map: a layer is given twice, by itself and as 1 - it")
@@ -281,16 +285,20 @@ class Storage:
 
     def read(self, mine: Layer, reference: Layer) -> Layer:
         """A layer as float32, with how it was stored; MismatchError for types that are not what the user says."""
-        name, (dtype, *other_types) = reference.name, {plane.dtype.name for plane in mine.planes}
-        visibility, occlusion = not self._inverted.isdisjoint((*reference.names, group_of(name))), is_occlusion(name)
+        name = reference.name
+        (dtype, *other_types) = {plane.dtype.name for plane in mine.planes}
+        visibility = not self._inverted.isdisjoint((*reference.names, group_of(name)))
+        occlusion = is_occlusion(name)
         if visibility and not occlusion:
             raise InputError(f"--map: {name} has no visibility, occlusion alone has (ao_1, ..., merged, blurred)")
-        format_name, stated = "float", self.formats.get(name, self.formats.get(group_of(name)))
+        format_name = "float"
+        stated = self.formats.get(name, self.formats.get(group_of(name)))
         if occlusion or name in (*_COLORS, "depth"):
             format_name = "srgb8" if dtype == "uint8" and name in _COLORS else _OF_TYPE.get(dtype, format_name)
         elif dtype == "float16" and name.startswith(_DIRECTIONS):
             format_name = "half"
-        linear, format_name = stated == LINEAR, (stated if stated != LINEAR else format_name) or format_name
+        linear = stated == LINEAR
+        format_name = (stated if stated != LINEAR else format_name) or format_name
         if linear and dtype not in ("float32", "float16"):
             raise MismatchError(f"it is of {dtype}, distances are float32 or half")
         if (

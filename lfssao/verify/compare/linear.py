@@ -33,13 +33,16 @@ def linear_case(case: Case, mine: Arrays, model: ErrorModel) -> tuple[Case, dict
     No surface is infinity, 0, or from the far plane on. Positions that the renderer did not write are those of its
     distances. Bounds of depth are among the case's.
     """
-    view, distances = described_view(case.parameters), mine["depth"]
+    view = described_view(case.parameters)
+    distances = mine["depth"]
     far = float(view.lens[5])
     distances = np.where((distances == 0) | (distances >= far * _FARTHEST), distances.dtype.type(np.inf), distances)
     mine = {**mine, "depth": distances}
     if view.linear:
         return case, mine
-    linear, depth, outputs = linear_view(view), case.outputs["depth"], dict(case.outputs)
+    linear = linear_view(view)
+    depth = case.outputs["depth"]
+    outputs = dict(case.outputs)
     outputs["depth"] = _distances_of_depth(view, depth).astype(np.float32)
     if "positions" in outputs and "positions" not in mine and not np.isnan(distances).any():
         outputs["positions"] = _positions(linear, distances)
@@ -61,7 +64,8 @@ def _distances_of_depth(view: View, depth: Texture) -> FloatArray:
 
 def _positions(view: View, distances: Texture) -> Texture:
     """World positions, (H, W, 3) float32, of distances on the texels' rays."""
-    triangle, depth = np.where(np.isfinite(distances), 0, -1), np.empty_like(distances)
+    triangle = np.where(np.isfinite(distances), 0, -1)
+    depth = np.empty_like(distances)
     positions = np.empty((*distances.shape, 3), np.float32)
     write_surface(view.rays, np.ravel(view.world_from_cast), triangle, distances.astype(np.float64), depth, positions)
     return positions

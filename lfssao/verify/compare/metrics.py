@@ -33,7 +33,8 @@ class Metrics:
 
 def ulp_distance(a: Plane, b: Plane) -> NDArray[np.uint64]:
     """Number of representable numbers from a to b, finite ones of one type."""
-    x, y = _ordered_integers(a), _ordered_integers(b)
+    x = _ordered_integers(a)
+    y = _ordered_integers(b)
     # A distance of float64 may exceed int64; the wrapped difference is right as an unsigned number.
     return np.where(x < y, y - x, x - y).view(np.uint64)
 
@@ -60,16 +61,20 @@ def _max_ulp(x: Plane, y: Plane) -> int | None:
 
 def measure(mine: Planes, reference: Planes) -> Metrics:
     """All distances of two textures, whose channels (H, W) are equal in number, type and size."""
-    a, b = np.stack(mine), np.stack(reference)
+    a = np.stack(mine)
+    b = np.stack(reference)
     differing = np.any(~equal_bits(a, b), axis=0)
     count = int(differing.sum())
     if count == 0:
         return Metrics(differing.size, 0)
     finite = np.isfinite(a) & np.isfinite(b)
-    x, y = a[finite], b[finite]
+    x = a[finite]
+    y = b[finite]
     error = np.abs(x.astype(np.float64) - y.astype(np.float64)) if finite.any() else np.zeros(1)
     rmse = sqrt(float((error * error).mean()))
-    nan_a, nan_b, (low, high) = np.isnan(a), np.isnan(b), span(b)
+    nan_a = np.isnan(a)
+    nan_b = np.isnan(b)
+    low, high = span(b)
     peak = high - low
     infinities = (np.isinf(a) | np.isinf(b)) & ~nan_a & ~nan_b & (a != b)
     return Metrics(
@@ -91,13 +96,15 @@ def span(texture: Plane) -> tuple[float, float]:
     if texture.dtype.kind != "f":
         return 0.0, float(np.iinfo(texture.dtype).max)
     finite = texture[np.isfinite(texture)]
-    low, high = float(finite.min(initial=np.inf)), float(finite.max(initial=-np.inf))
+    low = float(finite.min(initial=np.inf))
+    high = float(finite.max(initial=-np.inf))
     return (0.0, 1.0) if low >= 0 and high <= 1 else (low, high)
 
 
 def difference(mine: Planes, reference: Planes) -> NDArray[np.float64]:
     """Largest absolute difference of a texel's channels, (H, W); infinite where one is not finite and the other is."""
-    a, b = np.stack(mine), np.stack(reference)
+    a = np.stack(mine)
+    b = np.stack(reference)
     with np.errstate(all="ignore"):
         error = np.abs(a.astype(np.float64) - b.astype(np.float64))
     error[equal_values(a, b)] = 0

@@ -28,8 +28,11 @@ class Neighbours:
     def __init__(
         self, reference: Reference, mine: Mine, storage: Storage, surface: Surface | None, background: float | None
     ) -> None:
-        self._reference, self._mine, self._storage = reference, mine, storage
-        self._surface, self._background = surface, background
+        self._reference = reference
+        self._mine = mine
+        self._storage = storage
+        self._surface = surface
+        self._background = background
         self._depth = lru_cache(_CACHED)(self._find_depth_texture)
         self._views: dict[str, View] = {}  # of modules that were asked, by name
         self._rendered: set[str] = set()  # modules whose depth is the other renderer's
@@ -78,7 +81,8 @@ class Neighbours:
             layer = Matcher(parts, layers, self._storage.rules).matched(expected, self._storage)
             if layer is None or np.isnan(layer.texture).any():
                 return None
-            depth, value = layer.texture, self._background
+            depth = layer.texture
+            value = self._background
             value = background_value("depth", depth, expected.texture) if value is None else value
             return depth if value is None else with_infinity(depth, value)[0]
         return None

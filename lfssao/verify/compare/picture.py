@@ -38,7 +38,8 @@ class Panels:
         if self.rank == 0:
             self.rows = []
         self.rank = max(self.rank, rank)
-        differing, outside = texels(judgement.differing), texels(judgement.outside)
+        differing = texels(judgement.differing)
+        outside = texels(judgement.outside)
         step = step_of(differing.shape)
         self.rows.append(
             {

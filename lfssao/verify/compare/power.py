@@ -24,7 +24,8 @@ FACTORS = (0.999, 0.998, 0.995, 0.99, 0.98, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5)
 WEAK = 0.95
 # AO that is worth the word: AO, or what it takes from the image, is above DARK at a SHARE of the surface's texels, in
 # the renderer's texture or the reference's. Times WEAK it changes by half a code of 8 bits at least.
-DARK, SHARE = 0.05, 0.01
+DARK = 0.05
+SHARE = 0.01
 
 Fails = Callable[[Texture], bool]
 
@@ -96,7 +97,8 @@ def power_of(name: str, mine: Arrays, case: Case, bounds: Bounds, stored: Textur
 
 
 def _median_width(bounds: Bounds, surface: Flags) -> float:
-    lower, upper = bounds.lower[surface], bounds.upper[surface]
+    lower = bounds.lower[surface]
+    upper = bounds.upper[surface]
     widths = np.subtract(upper, lower, out=np.zeros_like(lower), where=upper != lower)  # both may be infinite
     return float(np.median(widths)) if widths.size else 0.0
 

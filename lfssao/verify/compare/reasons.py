@@ -69,11 +69,16 @@ def _occlusion_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
     parameters = case.parameters
     if parameters["estimator"] != "lf":
         return _undecided_reason(k, mine, case, bounds, model)
-    guard, inverse, inputs = parameters["guard"], parameters["screen_to_world"], stage_inputs(mine, case)
-    depth, positions = inputs.get("depth"), inputs.get("positions")
+    guard = parameters["guard"]
+    inverse = parameters["screen_to_world"]
+    inputs = stage_inputs(mine, case)
+    depth = inputs.get("depth")
+    positions = inputs.get("positions")
     if depth is None or (positions is None and inverse is None):
         return lambda _: ""
-    turns, samples, radius = described_turns(parameters, inputs), inputs["samples"], parameters["radii"][k]
+    turns = described_turns(parameters, inputs)
+    samples = inputs["samples"]
+    radius = parameters["radii"][k]
     image, depth_error = image_depth(described_view(parameters), depth, model)
 
     @cache
@@ -94,7 +99,9 @@ def _undecided_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
     undecided = None if bounds is None else bounds.undecided
     if undecided is None:
         return lambda _: ""
-    points, depth, guard = case.inputs.get("points"), stage_inputs(mine, case).get("depth"), case.parameters["guard"]
+    points = case.inputs.get("points")
+    depth = stage_inputs(mine, case).get("depth")
+    guard = case.parameters["guard"]
     sample_kind = "taps" if points is None else f"of {len(points)} points"
     nearest_term = _terms_reason(k, mine, case, model)
 
@@ -109,10 +116,13 @@ def _undecided_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
 
 def _terms_reason(k: int, mine: Arrays, case: Case, model: ErrorModel) -> Reason:
     """The sample of a texel that comes nearest to another outcome, of estimators that sum terms; '' of others."""
-    parameters, inputs = case.parameters, stage_inputs(mine, case)
+    parameters = case.parameters
+    inputs = stage_inputs(mine, case)
     if model.exact or "depth" not in inputs or "positions" not in inputs:
         return lambda _: ""
-    name, radius, guard = parameters["estimator"], parameters["radii"][k], parameters["guard"]
+    name = parameters["estimator"]
+    radius = parameters["radii"][k]
+    guard = parameters["guard"]
 
     @cache
     def make_tracer() -> Callable[[int, int], FloatArray]:  # made when the first texel asks

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 # 2: max_ulp may be null, results count texels beyond the tolerance. 3: a worst texel's reference is as it is read when
 # it is stored as mine, and itself as ``before``; results have ``power``, and 'inside, weakly' is a verdict.
 FORMAT = 3
-_MOST_LINES, _MOST_NAMES = 20, 6
+_MOST_LINES = 20
+_MOST_NAMES = 6
 _WORDS = {0: "conforms", 1: "passes, with warnings", 2: "FAILED", 3: "NOT COMPARABLE", 4: "FILE ERROR"}
 # Columns of the table: numbers of verdicts, then figures.
 _COLUMN = {
@@ -237,7 +238,8 @@ class Report:
 
     def as_dict(self) -> dict[str, Any]:
         """The whole report as JSON can hold it: infinite and undefined numbers are strings or null."""
-        first, failure = self.first_difference, self.first_failure
+        first = self.first_difference
+        failure = self.first_failure
         return {
             "format": FORMAT,
             "mine": self.mine,
@@ -275,7 +277,8 @@ class Report:
         for module, group in groupby(self.results, lambda result: result.module):
             results = list(group)
             codes = [self.code(result) for result in results]
-            failures, errors = sum(c == FAILED for c in codes), sum(c > FAILED for c in codes)
+            failures = sum(c == FAILED for c in codes)
+            errors = sum(c > FAILED for c in codes)
             counts = {"tests": str(len(results)), "failures": str(failures), "errors": str(errors)}
             suite = ElementTree.SubElement(top, "testsuite", {"name": _xml_text(module), **counts})
             for result, code in zip(results, codes, strict=True):
@@ -344,9 +347,11 @@ def _row(name: str, results: list[Result]) -> list[str]:
     measured = [r.metrics for r in results if r.metrics is not None]
     if not measured:
         return counts + [""] * len(_FIGURES)
-    off, ulps = sum(m.differing for m in measured), [m.max_ulp for m in measured if m.max_ulp is not None]
+    off = sum(m.differing for m in measured)
+    ulps = [m.max_ulp for m in measured if m.max_ulp is not None]
     ulp = str(max(ulps)) if len(ulps) == len(measured) else "-"
-    mean, rmse = max(m.mean_error for m in measured), max(m.rmse for m in measured)
+    mean = max(m.mean_error for m in measured)
+    rmse = max(m.rmse for m in measured)
     psnr = min((m.psnr for m in measured if m.psnr is not None), default=math.inf)
     ssim = min((m.ssim for m in measured if m.ssim is not None), default=math.nan)
     return [*counts, str(off), ulp, f"{mean:.3g}", f"{rmse:.3g}", f"{psnr:.1f}", f"{ssim:.6f}"]

@@ -117,7 +117,8 @@ class Result:
     @property
     def sentence(self) -> str:
         """The verdict and the figures in words."""
-        metrics, words = self.metrics, [self.verdict.title]
+        metrics = self.metrics
+        words = [self.verdict.title]
         if metrics is None:
             return f"{self.verdict.title}: {self.detail}"
         if self.verdict in (Verdict.DIFFERENT, Verdict.WITHIN) and not self.interval:
@@ -147,7 +148,8 @@ def result_of(
     power: Power | None = None,
 ) -> Result:
     """The result of a judged texture; ``reason`` says why a texel, (column, row), ``parts`` which are of surfaces."""
-    metrics, stored = measure(mine.planes, reference.planes), str(mine.stored or "")
+    metrics = measure(mine.planes, reference.planes)
+    stored = str(mine.stored or "")
     if judgement.verdict is Verdict.EQUAL_BITS:
         return Result(module, reference.name, judgement.verdict, metrics=metrics, stored=stored)
     outside = texels(judgement.outside)
@@ -155,7 +157,8 @@ def result_of(
     if judgement.bounds is not None:
         ends = _channel_planes(judgement.bounds.lower, outside), _channel_planes(judgement.bounds.upper, outside)
     sides = mine.planes, stored_as(mine, reference), reference.planes, *(ends or ())
-    worst, reason_at = [], reason or (lambda _: "")
+    worst = []
+    reason_at = reason or (lambda _: "")
     for i, j in _worst_texels(mine.planes, reference.planes, ends, judgement):
         rendered, expected, before, *interval = (tuple(plane[j, i].item() for plane in planes) for planes in sides)
         lower, upper = interval or (None, None)
@@ -193,7 +196,8 @@ def _worst_texels(
     mine: Planes, reference: Planes, ends: tuple[Planes, Planes] | None, judgement: Judgement
 ) -> list[tuple[int, int]]:
     """Columns and rows: those outside first, then by how far off they are, NaN and infinity before all; row by row."""
-    outside, differing = texels(judgement.outside), texels(judgement.differing)
+    outside = texels(judgement.outside)
+    differing = texels(judgement.differing)
     error = difference(mine, reference)
     if ends is not None:  # how far beyond the interval; NaN is infinitely far
         clipped = np.fmin(np.fmax(np.stack(mine), np.stack(ends[0])), np.stack(ends[1]))

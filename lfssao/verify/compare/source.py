@@ -143,7 +143,8 @@ class Mine:
             return cls(path, {names[0]: [File(path)]}, ())
         paths = _images(path)
         files, matched = match_files(paths, patterns, names)
-        others, named = [], set()
+        others = []
+        named = set()
         for file in paths:
             module = module_of(file.stem, names) if path.is_dir() else None
             if module is not None and file not in matched:
@@ -153,7 +154,8 @@ class Mine:
                 others.append(file)
         if reference.kit and len(names) == 1 and not any(files.values()):  # the outputs of a case by their names
             return cls(path, {names[0]: [File(file, file.stem) for file in others]}, ())
-        unnamed, patterns_of_names = [name for name in names if name not in named], set(map(_name_pattern, names))
+        unnamed = [name for name in names if name not in named]
+        patterns_of_names = set(map(_name_pattern, names))
         shared = [file for file in others if holds_modules(file, unnamed)]
         mosaics = mosaics_of(others, reference.path, reference.manifest) if unnamed else []
         for name in unnamed:
@@ -178,7 +180,9 @@ class Sides:
     """Both sides of modules in their order; one is read while the one before is compared."""
 
     def __init__(self, reference: Reference, mine: Mine, modules: Sequence[str]) -> None:
-        self._reference, self._mine, self._modules = reference, mine, list(modules)
+        self._reference = reference
+        self._mine = mine
+        self._modules = list(modules)
         self._reader = ThreadPoolExecutor(1)
         self._ahead: dict[str, Future[Side]] = {}
 

@@ -22,14 +22,17 @@ class Surface:
     """The scene of a rendered folder, read when it is first needed: of ``file``, or the embedded one that it names."""
 
     def __init__(self, path: Path, manifest: dict[str, Any], file: str | None) -> None:
-        self._path, self._manifest, self._file = path, manifest, file
+        self._path = path
+        self._manifest = manifest
+        self._file = file
         self._caster: RayCaster | None = None  # all views of a folder share their cast space
 
     @cached_property
     def mesh(self) -> Mesh | None:
         """The mesh in the folder's frame; None if it is not at hand, InputError if ``file`` was not rendered."""
         with reading_manifest(self._path):
-            scene, frame = self._manifest["scene"], self._manifest.get("frame")
+            scene = self._manifest["scene"]
+            frame = self._manifest.get("frame")
             if not isinstance(scene["name"], str):
                 raise TypeError(f"the scene's name is {scene['name']!r}")
             name = self._file or scene["name"]
@@ -51,7 +54,8 @@ class Surface:
             if self.mesh is None:
                 return None
             try:
-                threads, view = int(config.NUMBA_NUM_THREADS), view_of(entry["name"], entry["view"])
+                threads = int(config.NUMBA_NUM_THREADS)
+                view = view_of(entry["name"], entry["view"])
                 caster = self._caster or RayCaster(self.mesh, view.cast_from_world, threads)
                 self._caster = caster.of_view(view)
             except MissingPackageError:

@@ -29,7 +29,8 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
         tables: dict[str, NDArray[Any]] = {**_tables(manifest["settings"], parameters)}
         file = NOISE.get(manifest["settings"].get("rotation", "none"))
         if file is not None:
-            size, noise = (entry["view"]["height"], entry["view"]["width"]), read_noise(path / file, False)
+            size = (entry["view"]["height"], entry["view"]["width"])
+            noise = read_noise(path / file, False)
             tables["turns"] = noise_turns(noise, *size, np.dtype(np.float32))
         return Case("", VIEW, "", parameters, tables, {})
 
@@ -37,7 +38,8 @@ def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any])
 def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[str, Any]:
     if settings["merge"] != "maximum":
         raise ValueError("merge is not the maximum")
-    sigma, described = float(settings["blur_sigma"]), view_of("", view)
+    sigma = float(settings["blur_sigma"])
+    described = view_of("", view)
     if not 0 <= sigma <= MAX_SIGMA:
         raise ValueError("blur_sigma is out of range")
     rotation = settings.get("rotation", "none")  # a manifest without it is of a time when nothing turned
@@ -87,7 +89,8 @@ def _read_estimator(name: str, text: str | None) -> Estimator:
 def _tables(settings: Mapping[str, Any], parameters: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
     """The sample tables of a view; the parameters get the estimator's options."""
     name = parameters["estimator"]
-    estimator, points = _read_estimator(name, settings.get("estimator_sha256")), "samples" if name == "lf" else "points"
+    estimator = _read_estimator(name, settings.get("estimator_sha256"))
+    points = "samples" if name == "lf" else "points"
     parameters["options"] = full_parameters(estimator, settings["parameters"])
     tables_of_manifest = {points: settings["samples"], "weights": settings["weights"]}
     tables = {key: np.array(table, np.float64) for key, table in tables_of_manifest.items() if table is not None}

@@ -60,7 +60,8 @@ class Found:
 def find_bugs(renderer: Renderer, views: Sequence[RenderedView], mesh: str | None = None) -> Found:
     """The bugs of another renderer's textures of views, of the layer that these have and of those before it."""
     names = _names(views)
-    views, results = sorted(views, key=lambda view: (view.key, names[view])), list[Result]()
+    views = sorted(views, key=lambda view: (view.key, names[view]))
+    results = list[Result]()
     for folder in dict.fromkeys(view.folder for view in views):
         views_of_folder = [view for view in views if view.folder is folder]
         other_views = {names[view]: (view.folder.reference, view.name) for view in views if view.folder is not folder}

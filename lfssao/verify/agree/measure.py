@@ -87,7 +87,8 @@ def disagreement(values: Values) -> Disagreement:
 
 def mean_over_pairs(values: Values, term: Callable[[Values, Values], Values]) -> float:
     """The mean of a symmetric function of two values, over all pairs that a point has; at least one has two."""
-    sums, count = list[float](), 0
+    sums = list[float]()
+    count = 0
     for a, b in combinations(values, 2):
         finite = np.isfinite(a) & np.isfinite(b)
         sums.append(fsum(term(a[finite], b[finite]).tolist()))

@@ -49,7 +49,8 @@ def split(
     """
     values = shared.read(textures, "the reference")
     other_values = shared.read(other_textures, "the reference with another seed")
-    square, shared_mean = disagreement(values).rms ** 2, _shared_mean(values, other_values)
+    square = disagreement(values).rms ** 2
+    shared_mean = _shared_mean(values, other_values)
     if same_samples is None:
         return Split(square - shared_mean, None, shared_mean)
     missing = _shared_mean(*same_samples)
@@ -63,7 +64,8 @@ def _shared_mean(values: Values, other_values: Values) -> float:
 
 def has_seed(rendered: RenderedView) -> bool:
     """Whether a view's occlusion can be made with another seed: of one radius, by turns or samples that have one."""
-    folder, names = rendered.folder, {layer.name for layer in rendered.layers}
+    folder = rendered.folder
+    names = {layer.name for layer in rendered.layers}
     with reading_manifest(folder.path):
         if folder.settings["estimator"] not in ESTIMATORS or folder.settings["neighbours"]:
             return False
@@ -76,7 +78,8 @@ def has_seed(rendered: RenderedView) -> bool:
 
 def other_samples(rendered: RenderedView) -> Samples | None:
     """The estimator's samples of another seed; None where they have none."""
-    table, folder = _own_samples(occlusion_case(rendered)[0]), rendered.folder
+    table = _own_samples(occlusion_case(rendered)[0])
+    folder = rendered.folder
     if table is None or folder.settings["weights"] is not None:  # weights are of their samples
         return None
     with reading_manifest(folder.path):
@@ -95,7 +98,8 @@ def estimated(rendered: RenderedView, samples: Samples | None, turn: int) -> Tex
 def _buffers(rendered: RenderedView, turn: int) -> Buffers:
     """The textures that a view's occlusion is made of, guard band included, with turns of another seed."""
     case, _ = occlusion_case(rendered)
-    parameters, inputs = dict(case.parameters), {**case.inputs, **{each.name: each.texture for each in rendered.layers}}
+    parameters = dict(case.parameters)
+    inputs = {**case.inputs, **{each.name: each.texture for each in rendered.layers}}
     parameters["rotation_seed"] = (parameters["rotation_seed"] + turn) % 2**64
     return described_buffers(parameters, inputs)
 
@@ -103,7 +107,8 @@ def _buffers(rendered: RenderedView, turn: int) -> Buffers:
 def _estimated(rendered: RenderedView, buffers: Buffers, samples: Samples | None) -> Texture:
     case, radius = occlusion_case(rendered)
     assert radius is not None
-    table, options = _own_samples(case) if samples is None else samples, described_options(case.parameters, radius)
+    table = _own_samples(case) if samples is None else samples
+    options = described_options(case.parameters, radius)
     occlusion = estimate(case.parameters["estimator"], buffers, radius, table, case.inputs.get("weights"), **options)
     return without_guard(occlusion.texture, rendered.view.guard)
 
@@ -145,7 +150,8 @@ class SameSamples:
             remaining = np.flatnonzero((places >= 0) & (self._shared.owners != k))
             while len(remaining):
                 _, first = np.unique(places[remaining], return_index=True)
-                chosen, remaining = remaining[first], np.delete(remaining, first)
+                chosen = remaining[first]
+                remaining = np.delete(remaining, first)
                 texels = _padded_texels(rendered, places[chosen])
                 moved = _with_texels(buffers[k], texels, [origin[chosen] for origin in points])
                 values[k, chosen] = _estimated(rendered, moved, samples).reshape(-1)[places[chosen]]
@@ -165,7 +171,8 @@ def _with_positions(rendered: RenderedView, buffers: Buffers) -> Buffers:
     """The same with points that ``lf``, too, takes from the positions texture, as it does on displays."""
     if occlusion_case(rendered)[0].parameters["estimator"] != "lf":
         return buffers
-    view, depth = buffers.view, buffers.view.image_z(buffers.depth)
+    view = buffers.view
+    depth = buffers.view.image_z(buffers.depth)
     return replace(buffers, depth=np.ascontiguousarray(depth), view=replace(view, screen_to_world=None))
 
 
@@ -178,7 +185,8 @@ def _texel_rows(buffers: Buffers) -> list[Texture]:
 
 def _with_texels(buffers: Buffers, texels: Places, points: Sequence[Texture]) -> Buffers:
     """The textures with other positions, normals and turns of some texels."""
-    planes, shape = [np.array(plane) for plane in _texel_rows(buffers)], buffers.depth.shape
+    planes = [np.array(plane) for plane in _texel_rows(buffers)]
+    shape = buffers.depth.shape
     for plane, values in zip(planes, points, strict=True):
         plane[texels] = values
     positions, *others = (plane.reshape(*shape, -1) for plane in planes)

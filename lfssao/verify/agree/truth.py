@@ -35,7 +35,8 @@ class Truth:
         case, radius = occlusion_case(rendered)
         if radius is None:
             raise InputError(f"--truth: rays are of one radius, ao_1 or another, not of {folder.layer}")
-        self._estimator, self._radius = find_estimator(case.parameters["estimator"]), radius
+        self._estimator = find_estimator(case.parameters["estimator"])
+        self._radius = radius
         self._surface = Surface(folder.path, folder.manifest, mesh)
         if self._surface.mesh is None:
             raise InputError(f"--truth: the scene of {folder.path} is no embedded one: give its file by --mesh")
@@ -43,13 +44,15 @@ class Truth:
 
     def cast(self, rendered: RenderedView, places: Places) -> tuple[Texture, Texture]:
         """The truth at the texels of points that a view sees, and its standard error, (H, W); 0 elsewhere."""
-        view, caster = rendered.view, self._surface.caster(rendered.entry)
+        view = rendered.view
+        caster = self._surface.caster(rendered.entry)
         assert caster is not None
         gbuffer = caster.gbuffer(view, color=None, normals="geometric")
         wanted = np.zeros(rendered.arrays[rendered.folder.layer].shape, np.bool_)
         wanted.reshape(-1)[places[places >= 0]] = True
         depth = np.where(np.pad(wanted, view.guard), gbuffer.depth, np.float32(np.inf))
-        buffers, scale = Buffers.of(replace(gbuffer, depth=depth), view), 2.0 if self._estimator.whole_ball else 1.0
+        buffers = Buffers.of(replace(gbuffer, depth=depth), view)
+        scale = 2.0 if self._estimator.whole_ball else 1.0
         accuracy: dict[str, Any] = {"tolerance": scale * NOISE, "rounds": (16, 1024)}
         rays = ray_cast_occlusion(self._occluders, buffers, self._radius, *self._estimator.integrand, **accuracy)
         offset = 0.5 if self._estimator.whole_ball else 0.0

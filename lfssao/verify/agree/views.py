@@ -55,7 +55,9 @@ class Folder:
     """A folder that ``lfssao render`` wrote, or a file of one; InputError if it is none, or lacks the layer."""
 
     def __init__(self, path: Path, layer: str) -> None:
-        self.path, self.layer, self.reference = path, layer, Reference.open(path)
+        self.path = path
+        self.layer = layer
+        self.reference = Reference.open(path)
         if self.reference.manifest is None:
             raise InputError(f"{path}: it is not what 'lfssao render' writes, its views are not known")
         self.manifest = self.reference.manifest
@@ -77,7 +79,8 @@ class Folder:
     def scene(self) -> tuple[Any, ...]:
         """Digests of its mesh and the place of it, equal for folders of one scene."""
         with reading_manifest(self.path):
-            scene, frame = self.manifest["scene"], self.manifest.get("frame")
+            scene = self.manifest["scene"]
+            frame = self.manifest.get("frame")
             place = None if frame is None else frame["world_from_scene"]
             return scene.get("vertices_sha256"), scene.get("faces_sha256"), place
 
@@ -95,7 +98,8 @@ class Folder:
         with reading_manifest(self.path), errors_of(str(self.path)):
             view = view_of(name, self.reference.entries[name]["view"])
             size = (view.height - 2 * view.guard, view.width - 2 * view.guard)
-            positions, ao = without_guard(case.outputs["positions"], view.guard), case.outputs[self.layer]
+            positions = without_guard(case.outputs["positions"], view.guard)
+            ao = case.outputs[self.layer]
             if positions.shape != (*size, 3) or ao.shape != size:
                 raise ValueError(f"textures of {name} are not of its view's size")
         return RenderedView(self, name, view, layers, {"positions": positions, self.layer: ao})
@@ -152,8 +156,10 @@ class Renderer:
     ) -> None:
         if len(paths) not in (1, len(folders)):
             raise InputError(f"--mine: {len(paths)} are given, it must be one for all FOLDERs, or one for each of them")
-        self._rules, self._files = rules, files
-        self._storage, paths_of_folders = Storage({}, rules), paths if len(paths) > 1 else list(paths) * len(folders)
+        self._rules = rules
+        self._files = files
+        self._storage = Storage({}, rules)
+        paths_of_folders = paths if len(paths) > 1 else list(paths) * len(folders)
         sides = [Mine.open(path, own.reference, files) for path, own in zip(paths_of_folders, folders, strict=True)]
         self._mine = dict(zip(folders, sides, strict=True))
 
@@ -167,7 +173,8 @@ class Renderer:
 
     def read(self, rendered: RenderedView) -> NDArray[Any]:
         """Its texture of a view, (H, W); InputError if there is none, or one of another size or type."""
-        side, name = self._mine[rendered.folder], rendered.folder.layer
+        side = self._mine[rendered.folder]
+        name = rendered.folder.layer
         expected = next(layer for layer in rendered.layers if layer.name == name)
         with errors_of(f"{side.path}: {name} of {rendered.name}"):
             sizes = {layer.planes[0].shape[1::-1] for layer in rendered.layers}

@@ -70,8 +70,10 @@ def _numbers(mine: Array, reference: Array, judged: Judgement, strict: bool) -> 
     wrong = judged.differing if bounds is None else judged.outside
     index = tuple(int(k) for k in np.argwhere(wrong)[0])
     if bounds is None:
-        fault, expected = "not the bits of the reference", repr(reference[index].item())
+        fault = "not the bits of the reference"
+        expected = repr(reference[index].item())
     else:
-        fault, expected = "outside the bounds", f"{bounds.lower[index].item()!r} to {bounds.upper[index].item()!r}"
+        fault = "outside the bounds"
+        expected = f"{bounds.lower[index].item()!r} to {bounds.upper[index].item()!r}"
     count = f"{int(wrong.sum())} of {wrong.size} numbers are {fault}"
     return f"{count}; the first is [{', '.join(map(str, index))}]: {mine[index].item()!r}, expected {expected}"

@@ -52,7 +52,8 @@ def _chosen(marker: pytest.Mark, folder: Path | None) -> list[str]:
     cases = [name for name, stage in stages.items() if not marker.args or stage in marker.args]
     if "kinds" not in marker.kwargs:
         return cases
-    wanted, kinds = marker.kwargs["kinds"], {name: _kind(name, folder) for name in cases}
+    wanted = marker.kwargs["kinds"]
+    kinds = {name: _kind(name, folder) for name in cases}
     wanted = (wanted,) if isinstance(wanted, str) else tuple(wanted)
     _check("kind", wanted, [kind for kind in kinds.values() if kind])
     return [name for name, kind in kinds.items() if kind in wanted]

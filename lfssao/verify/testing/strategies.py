@@ -74,7 +74,8 @@ def _sample_sets(draw: DrawFn, domains: list[str], methods: tuple[str, ...] | No
     names = [name for name in METHODS[domain] if methods is None or name in methods]
     method = METHODS[domain][draw(st.sampled_from(names))]
     largest = most if method.most is None else min(most, method.most)
-    n, seed = draw(st.integers(min(least, largest), largest)), draw(st.integers(0, 2**64 - 1))
+    n = draw(st.integers(min(least, largest), largest))
+    seed = draw(st.integers(0, 2**64 - 1))
     return sample_set(domain, method.name, n, seed)
 
 
@@ -95,14 +96,16 @@ def cameras(*, projections: tuple[str, ...] = PROJECTIONS, distance: float = 10.
 @st.composite
 def _cameras(draw: DrawFn, projections: tuple[str, ...], distance: float) -> Camera:
     away = distance * draw(st.floats(0.2, 1))
-    z, turn = draw(st.floats(-0.9, 0.9)), draw(st.floats(0, 6.28))
+    z = draw(st.floats(-0.9, 0.9))
+    turn = draw(st.floats(0, 6.28))
     r = (1 - z * z) ** 0.5
     target = tuple(draw(st.floats(-0.1, 0.1)) * distance for _ in range(3))
     direction = (r * float(np.cos(turn)), z, r * float(np.sin(turn)))
     eye = tuple(t + away * d for t, d in zip(target, direction, strict=True))
     up = (draw(st.floats(-0.2, 0.2)), 1.0, draw(st.floats(-0.2, 0.2)))
     extent = away * draw(st.floats(0.1, 1.5))
-    near, far = away * draw(st.floats(0.01, 0.5)), away * draw(st.floats(1.5, 10))
+    near = away * draw(st.floats(0.01, 0.5))
+    far = away * draw(st.floats(1.5, 10))
     return Camera(draw(st.sampled_from(projections)), eye, target, up, extent, near, far)  # type: ignore[arg-type]
 
 
@@ -125,15 +128,18 @@ def displays(*, screens: tuple[str, ...] = _SCREENS, modules: int = 3, texels: i
 @st.composite
 def _displays(draw: DrawFn, screens: tuple[str, ...], modules: int, texels: int) -> Display:
     screen = draw(st.sampled_from(screens))
-    width, height = draw(st.floats(0.5, 1.6)), draw(st.floats(0.3, 1.0))
-    z_o, y_o = -draw(st.floats(1.5, 4)), draw(st.floats(-0.3, 0.3))
+    width = draw(st.floats(0.5, 1.6))
+    height = draw(st.floats(0.3, 1.0))
+    z_o = -draw(st.floats(1.5, 4))
+    y_o = draw(st.floats(-0.3, 0.3))
     curvature = {"convex": 1, "concave": -1}.get(screen, 0) / (width * draw(st.floats(1.5, 5)))
     arc = draw(st.sampled_from([0.0, 0.5])) / -z_o if screen != "conical" else 0.0
     count = draw(st.integers(1, modules))
     lenses = []
     for k in range(count):
         x = 0.3 * ((2 * k + 1) / count - 1) + draw(st.floats(-0.1, 0.1))
-        y, z = draw(st.floats(-0.2, 0.2)), draw(st.floats(0.6, 1.5))
+        y = draw(st.floats(-0.2, 0.2))
+        z = draw(st.floats(0.6, 1.5))
         size = draw(st.integers(1, texels)), draw(st.integers(1, texels))
         pose: dict[str, Any] = {}
         if draw(st.booleans()):
@@ -170,7 +176,8 @@ def gbuffers(
 @st.composite
 def _gbuffers(draw: DrawFn, dtype: Any, most: int, normals: bool, views: SearchStrategy[Any] | None) -> Buffers:
     if views is None:
-        side, half = st.integers(1, most), np.array([[0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, -0.5, 0]])
+        side = st.integers(1, most)
+        half = np.array([[0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, -0.5, 0]])
         modules = displays(modules=1, texels=most).map(lambda display: display.view(0, half))
         views = st.builds(Camera.view, cameras(), side, side) | modules
     view = draw(views)
@@ -182,5 +189,7 @@ def _gbuffers(draw: DrawFn, dtype: Any, most: int, normals: bool, views: SearchS
     directions = rng.normal(size=(*shape, 3))
     directions /= np.sqrt(np.sum(directions**2, axis=-1, keepdims=True))
     empty = rng.random(shape) < draw(st.sampled_from([0.0, 0.2, 1.0]))
-    depth[empty], positions[empty], directions[empty] = np.inf, np.inf, 0
+    depth[empty] = np.inf
+    positions[empty] = np.inf
+    directions[empty] = 0
     return Buffers(view, depth, positions, directions.astype(dtype) if normals else None)

@@ -1,10 +1,10 @@
 """The oracle for other renderers.
 
-    case, verdict, judge   one problem with its solution, and the judgement of a renderer's textures of it
+    case, verdict, judge   one problem with its solution, and the judgement of a renderer's textures
     bounds                 intervals in which every conforming float32 renderer falls, stage by stage
     compare                folders and files of two renderers, matched, judged and reported
     kit                    small cases of every stage, their specification, and the folder that holds them
     testing                an assertion, a pytest plugin and hypothesis strategies for other projects
 
-An estimator that is written as formulas (``lfssao.ao.formulas``) has intervals by that (``bounds.points``).
+The formulas of an estimator (``lfssao.ao.formulas``) give its intervals, too (``bounds.points``).
 """

@@ -1,4 +1,4 @@
-"""A case: a renderer's inputs, the right outputs, and how far they may be off."""
+"""A case: a renderer's inputs, the right outputs, and their bounds."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ Array = NDArray[Any]
 Arrays = Mapping[str, Array]
 Parameters = Mapping[str, Any]
 
-# Stages that the kit does not have: a whole view of ``lfssao render``, and images with nothing known but their values.
+# Stages that the kit does not have: a whole view of ``lfssao render``, and images of which only values are known.
 VIEW = "view"
 IMAGES = "images"
 
@@ -33,10 +33,10 @@ ORTHOGRAPHIC = 2
 class Case(Table):
     """One problem and its solution: a small one of the kit, a view that ``lfssao render`` rendered, or plain images.
 
-    The first output is the one that counts; the others are steps on the way and can be left out. A view has all its
-    textures, in the order of the passes. Bounds of outputs are for a renderer within the error model of shading
-    languages; an output without must have equal bits. A view has those of depth and colour from the mesh, if it is
-    known; bounds of the later textures depend on what the renderer made (``lfssao.verify.bounds.view``).
+    The first output is the result; the others are intermediate steps, which a renderer may leave out. A view has all
+    its textures, in the order of the passes. Bounds of outputs hold for a renderer within the error model of shading
+    languages; an output without bounds must have equal bits. A view has bounds of depth and colour if its mesh is
+    known. Bounds of later textures depend on the renderer's own textures (``lfssao.verify.bounds.view``).
 
     >>> case = lfssao.testing.make_case("merge_three")
     >>> case.stage, case.inputs["layers"].shape, list(case.outputs)
@@ -44,11 +44,11 @@ class Case(Table):
     """
 
     name: str  # in the kit's folder, reports and tests
-    stage: str  # that it tests (``lfssao.verify.kit.stages.STAGES``), 'view', or 'images'
-    title: str  # one line on what is special about it
+    stage: str  # the tested stage (``lfssao.verify.kit.stages.STAGES``), 'view', or 'images'
+    title: str  # the special feature of the case, in one line
     parameters: Parameters  # of the stage: numbers, strings, and lists and mappings of them
     inputs: Arrays
-    outputs: Arrays  # that are right
+    outputs: Arrays  # the right results
     bounds: Mapping[str, Bounds] = field(default_factory=dict)  # by the outputs' names
 
     def _facts(self) -> dict[str, object]:
@@ -57,7 +57,7 @@ class Case(Table):
 
 
 def described_turns(parameters: Parameters, inputs: Arrays) -> NDArray[np.float32] | None:
-    """The turns of a case's texels: an input, or what a view's rotation makes of its depth's size; None without any."""
+    """The turns of a case's texels: an input, or computed from a view's rotation and size; None without any."""
     if parameters.get("rotation", "none") == "none":
         return inputs.get("turns")
     return _turns(parameters["rotation"], *inputs["depth"].shape, parameters["rotation_seed"])
@@ -69,7 +69,7 @@ def _turns(rotation: str, height: int, width: int, seed: int) -> NDArray[np.floa
 
 
 def described_view(parameters: Parameters) -> View:
-    """The view that a case's parameters describe; numbers of its rays may be null for infinity, as in JSON."""
+    """The view in a case's parameters; numbers of its rays may be null for infinity, as in JSON."""
     numbers = dict(parameters["view"])
     kind = numbers.pop("ray_kind", None)
     lens = np.array([np.inf if number is None else number for number in numbers["lens"]])
@@ -81,7 +81,7 @@ def described_view(parameters: Parameters) -> View:
 
 
 def described_buffers(parameters: Parameters, inputs: Arrays) -> Buffers:
-    """The textures of a case's view as estimators read them, of depth, positions and what else there is."""
+    """The textures of a case's view as estimators read them: depth, positions, and normals and turns if it has them."""
     view = described_view(parameters)
     turns = described_turns(parameters, inputs)
     textures = inputs["depth"], inputs["positions"], inputs.get("normals"), turns
@@ -89,7 +89,7 @@ def described_buffers(parameters: Parameters, inputs: Arrays) -> Buffers:
 
 
 def described_neighbours(parameters: Parameters, inputs: Arrays) -> list[Neighbour] | None:
-    """Mapping and depth texture of each module that a case's module asks; None where one of them is not known."""
+    """Mapping and depth texture of each neighbour of a case's module; None if one of them is not known."""
     neighbours = parameters.get("neighbours", ())
     if neighbours is None or any(depth_of(neighbour["name"]) not in inputs for neighbour in neighbours):
         return None
@@ -97,19 +97,19 @@ def described_neighbours(parameters: Parameters, inputs: Arrays) -> list[Neighbo
 
 
 def depth_of(module: str) -> str:
-    """The name of another module's depth texture among the inputs of a case."""
+    """The name of a neighbour's depth texture among the inputs of a case."""
     return f"depth of {module}"
 
 
 def described_options(parameters: Parameters, radius: float) -> dict[str, Value]:
-    """The options of a case's estimator for a radius, lengths in radii; InputError if their units are none."""
+    """The options of a case's estimator for a radius, lengths in radii; InputError if their unit is unknown."""
     estimator = find_estimator(parameters["estimator"])
     units = parameters.get("units", "radii")
     return estimator.in_radii(parameters["options"], radius, units)
 
 
 def described_mapping(parameters: Parameters) -> WorldToImage:
-    """The mapping that a case's parameters describe; Algorithm 1 has its matrix alone."""
+    """The mapping in a case's parameters; Algorithm 1 has only a matrix."""
     if "mapping" not in parameters:
         return WorldToImage(MATRIX, np.ravel(parameters["world_to_screen"]))
     mapping = parameters["mapping"]

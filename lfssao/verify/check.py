@@ -1,4 +1,4 @@
-"""Digests of small textures that this package keeps: a machine that makes the same ones makes the same bits."""
+"""Digests of small textures: a machine whose digests are the stored ones computes the same bits."""
 
 import hashlib
 import json
@@ -27,13 +27,13 @@ _DIGESTS = files("lfssao.verify").joinpath("check.json")
 
 
 def expected_digests() -> dict[str, str]:
-    """SHA-256 of each case's arrays, by its name, as this program made them before; they say that bits stay."""
+    """The stored SHA-256 of each case's arrays, by the case's name."""
     digests: dict[str, str] = json.loads(_DIGESTS.read_text(encoding="utf-8"))
     return digests
 
 
 def found_digests() -> Iterator[tuple[str, str]]:
-    """Yield each case's name and the SHA-256 of the arrays that this machine makes.
+    """Yield each case's name and the SHA-256 of the arrays that this machine computes.
 
     The cases are the statue through a module of each preset display, a view of each preset quilt, the middle lens of
     each preset panel, both cameras and each estimator, all sample sets of each domain, and all turns of texels.

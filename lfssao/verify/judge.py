@@ -1,8 +1,8 @@
-"""Judge a renderer's textures, each by what the renderer itself made before it.
+"""Judge a renderer's textures, each against the renderer's own textures of earlier passes.
 
-An error is named once, at the stage where it began: the blur of a wrong merge is right if it is the blur of that merge.
-If a renderer wrote no texture of a stage, or one with NaN, depth, positions and colour are the reference's, and any
-occlusion within its bounds will do (``lfssao.verify.bounds.view``).
+An error is reported once, at the stage where it begins: the blur of a wrong merge is right if it is the blur of that
+merge. If a renderer has no texture of a stage, or one with NaN, later stages read the reference's depth, positions and
+colour, and any occlusion within its bounds (``lfssao.verify.bounds.view``).
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -31,12 +31,12 @@ def judge(
     names: Collection[str] | None = None,
     stored: Mapping[str, TextureFormat] | None = None,
 ) -> dict[str, Judgement]:
-    """Judge outputs of a case: equal bits are right; others by bounds or, where none are known, by values.
+    """Judge outputs of a case: equal bits are right; others are judged by bounds or, without bounds, by values.
 
     ``mine`` are the renderer's textures by the names of the outputs, ``names`` the outputs to judge, all by default.
-    ``stored`` are the formats of those that are not float32; ``mine`` has what is read of them. The model is for views;
-    the bounds of a case of the kit are part of it. Judgements come in the order of the passes:
-    steps on the way before the output that they lead to. InputError if the model or the case's parameters are wrong.
+    ``stored`` are the formats of textures that are not float32; ``mine`` holds their values after reading. The model is
+    for views; a case of the kit has its bounds. Judgements come in the order of the passes, intermediate steps before
+    the result. InputError if the model or the case's parameters are wrong.
     """
     return dict(judgements(mine, case, model, names, stored))
 
@@ -48,7 +48,7 @@ def judgements(
     names: Collection[str] | None = None,
     stored: Mapping[str, TextureFormat] | None = None,
 ) -> Iterator[tuple[str, Judgement]]:
-    """The judgements of ``judge``, each with its output's name, one after the other."""
+    """Yield the judgements of ``judge``, each with its output's name."""
     error_model = find_model(model)
     formats = stored or {}
     main, *steps = case.outputs
@@ -77,7 +77,7 @@ def _view_bounds(mine: Arrays, case: Case, model: ErrorModel, stored: Mapping[st
 
 
 def stage_inputs(mine: Arrays, case: Case) -> dict[str, Array]:
-    """The inputs of a view's stages: those of the case, and textures, the renderer's own where they can be used."""
+    """The inputs of a view's stages: the case's, and textures, the renderer's own where they are usable."""
     inputs = {**case.inputs, **case.outputs, **_usable_textures(mine, case)}
     if "color" in inputs:
         inputs["image"] = inputs["color"]
@@ -87,7 +87,7 @@ def stage_inputs(mine: Arrays, case: Case) -> dict[str, Array]:
 
 
 def _usable_textures(mine: Arrays, case: Case) -> dict[str, Array]:
-    """The renderer's textures that later stages can be made of."""
+    """The renderer's textures that later stages may read: float32, of the right shape, without NaN."""
     same_shape = {
         name: texture
         for name, texture in mine.items()

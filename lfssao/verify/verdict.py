@@ -1,4 +1,4 @@
-"""Verdicts on one texture, with their exit codes and the numbers that they rest on."""
+"""Verdicts on one texture, with their exit codes and the evidence."""
 
 from dataclasses import dataclass, field
 from enum import Enum
@@ -18,7 +18,7 @@ SAME, WARNING, FAILED, NOT_COMPARABLE, FILE_ERROR = range(5)
 
 
 class Verdict(Enum):
-    """A verdict on a texture, with the exit code that it leads to."""
+    """A verdict on a texture, with its title and its exit code."""
 
     EQUAL_BITS = "equal bits", SAME
     EQUAL_VALUES = "equal values", SAME
@@ -37,19 +37,20 @@ class Verdict(Enum):
 
     @property
     def short(self) -> str:
-        """The title in as few words as a table has room for."""
+        """The title, short enough for a table."""
         return self.title.partition(" the ")[0]
 
 
-WRONG = (Verdict.OUTSIDE, Verdict.DIFFERENT)  # verdicts on textures that could be compared, and do not conform
+WRONG = (Verdict.OUTSIDE, Verdict.DIFFERENT)  # verdicts on comparable textures that do not conform
 
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """A verdict and the numbers that it rests on.
+    """A verdict and its evidence.
 
-    Flags have the texture's shape, (0,) where it was not compared: numbers that differ in a bit, and those outside the
-    bounds or, where none are known, of another value. Bounds are None where bits are equal or none are known.
+    Flags have the texture's shape, or (0,) if it was not compared. ``differing`` marks numbers that differ in a bit,
+    ``outside`` numbers outside the bounds or, without bounds, of another value. Bounds are None if bits are equal or no
+    bounds are known.
     """
 
     verdict: Verdict
@@ -59,13 +60,13 @@ class Judgement:
     bounds: Bounds | None = None
 
 
-def interval_verdict(outside: Flags, strays: int) -> Verdict:
-    """INSIDE if no more texels than may stray are outside their bounds, else OUTSIDE."""
-    return Verdict.INSIDE if np.count_nonzero(texels(outside)) <= strays else Verdict.OUTSIDE
+def interval_verdict(outside: Flags, outliers: int) -> Verdict:
+    """INSIDE if at most ``outliers`` texels are outside their bounds, else OUTSIDE."""
+    return Verdict.INSIDE if np.count_nonzero(texels(outside)) <= outliers else Verdict.OUTSIDE
 
 
 def texels(flags: Flags) -> Flags:
-    """Flags of texels (H, W) from those of numbers (H, W, C), (H, W) or (W,): whether any of its numbers has one."""
+    """Flags of texels (H, W) from flags of numbers (H, W, C), (H, W) or (W,): any flag of a texel's numbers counts."""
     return np.any(flags, axis=-1) if flags.ndim == 3 else np.atleast_2d(flags)
 
 

@@ -1,4 +1,4 @@
-"""Bounds of bent normals: of the components of B that an estimator's formulas sum, and of the unit vectors of these."""
+"""Bounds of bent normals: an estimator's formulas sum the components of B, and a unit vector is made of the sums."""
 
 import numpy as np
 
@@ -17,8 +17,8 @@ _LARGEST_TERM = 2.0  # no term of a component is larger (``Estimator.bent``)
 def bent_bounds(problem: Problem, radius: float, name: str) -> Bounds | None:
     """Bounds, (H, W, 3), of an estimator's bent normals; None if it has none, or normals are missing.
 
-    Each component of B lies between the sums of its least and of its largest terms, but for the rounding of the sum,
-    added in any order.
+    Each component of B lies between the sum of its least terms and the sum of its largest terms. Rounding in any order
+    of the sum widens both ends.
     """
     estimator = find_estimator(name)
     depth = problem.buffers.depth
@@ -40,10 +40,11 @@ def bent_bounds(problem: Problem, radius: float, name: str) -> Bounds | None:
 
 
 def _unit_ends(low: FloatArray, high: FloatArray, model: ErrorModel) -> tuple[FloatArray, FloatArray]:
-    """The least and the largest coordinates, (H, W, 3), of unit vectors of those between two, (3, H, W).
+    """The least and the largest coordinates, (H, W, 3), of normalised vectors that lie between two, (3, H, W).
 
-    A coordinate grows with the vector's own, and its size falls with those of the others. A renderer may divide by the
-    largest coordinate before; the scale is a quotient by a root, or an inverse square root.
+    A coordinate of the unit vector grows with the same coordinate of the vector, and shrinks with the others' sizes. A
+    renderer may first divide by the largest coordinate. It scales by a quotient and a root, or by an inverse square
+    root.
     """
     least_squares = np.where((low <= 0) & (high >= 0), 0.0, np.minimum(np.abs(low), np.abs(high))) ** 2
     largest_squares = np.maximum(np.abs(low), np.abs(high)) ** 2

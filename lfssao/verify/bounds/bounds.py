@@ -1,7 +1,7 @@
-"""Acceptance intervals: between which values every conforming float32 renderer must fall.
+"""Acceptance intervals: every conforming float32 renderer's value lies inside.
 
-``ssao`` makes them of Algorithms 1 and 2, ``points`` of other estimators, ``post`` of the merge, the blur and the
-shading, ``depth`` of the G-buffer. ``error_model`` lists what a renderer may do.
+``ssao`` computes the intervals of Algorithms 1 and 2, ``points`` those of other estimators, ``post`` those of the
+merge, the blur and the shading, ``depth`` those of the G-buffer. ``error_model`` lists the freedoms of a renderer.
 """
 
 from dataclasses import dataclass
@@ -23,14 +23,14 @@ class Bounds:
 
     lower: Texture  # (H, W) or (H, W, 3) float32: the smallest value, admitted
     upper: Texture  # the largest, likewise
-    # (H, W) int32: number of samples that rounding decides, over all radii that went in; None behind the blur
+    # (H, W) int32: number of samples that rounding decides, over all merged radii; None after the blur
     undecided: NDArray[np.int32] | None = None
-    outliers: int = 0  # number of texels of a right texture that may leave the bounds
-    # Smallest and largest values of K ranges, (K, H, W): a value must lie in one of them, not just between their ends.
+    outliers: int = 0  # largest number of texels outside that a right texture may have
+    # Smallest and largest values of K ranges, (K, H, W): a value must lie in one range, not just between their ends.
     ranges: tuple[Texture, Texture] | None = None
 
     def outside(self, texture: Texture) -> NDArray[np.bool_]:
-        """Whether each number of a texture leaves the bounds, as NaN does. InputError if its shape is another."""
+        """Whether each number of a texture is outside; NaN is. InputError if the texture has another shape."""
         if texture.shape != self.lower.shape:
             raise InputError(f"a texture has shape {texture.shape}, its bounds have {self.lower.shape}")
         if self.ranges is not None:
@@ -39,18 +39,18 @@ class Bounds:
         return ~((texture >= self.lower) & (texture <= self.upper))
 
     def crop(self, guard: int) -> "Bounds":
-        """Bounds of an occlusion without a guard band of that width, texels."""
+        """The bounds without a guard band of ``guard`` texels."""
         undecided = None if self.undecided is None else without_guard(self.undecided, guard)
         return Bounds(without_guard(self.lower, guard), without_guard(self.upper, guard), undecided)
 
 
 def exact_bounds(texture: Texture) -> Bounds:
-    """The bounds of a texture that is given, a point each."""
+    """Bounds whose both ends are the texture."""
     return Bounds(texture, texture)
 
 
 def up_to_single(values: FloatArray) -> Texture:
-    """The smallest float32 that is not below each value: the least that a float32 above it can be."""
+    """The smallest float32 that is not below each value: the lower end of float32 values that are not below it."""
     single = values.astype(np.float32)
     return np.where(single < values, np.nextafter(single, np.float32(np.inf)), single)
 

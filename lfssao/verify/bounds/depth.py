@@ -1,19 +1,19 @@
-"""Bounds of depth, positions and colour: a texel's surface may be looked at a little off its centre.
+"""Bounds of depth, positions and colour: a renderer may sample a texel's surface a little off its centre.
 
-``ErrorModel.centre`` is how far, in texels: float32 rays and rasterisers that snap corners do not meet centres exactly.
-On a slope that moves the depth; at a silhouette another triangle is as right. All bounds allow for the rounding of the
-depth itself: ``ROUNDINGS`` operations on numbers of the size of the largest coordinate.
+``ErrorModel.centre`` is the largest distance, in texels: float32 rays and rasterisers that snap corners miss the
+centre. On a slope the distance changes the depth; at a silhouette it shows another triangle. All bounds allow for the
+rounding of the depth itself: ``ROUNDINGS`` operations on numbers as large as the largest coordinate.
 
-From a mesh: rays are cast through the centre, corners and edge middles of the box of that half width; every triangle
-that one of them hits gives a range. All between the nearest and the farthest is right, as small triangles that join
-them may show between the rays. Limit: a triangle in front of all that the rays hit, and thinner than their distance
-(1/256 of a texel for ``shader``), is not found.
+With a mesh, rays go through the centre, the corners and the edge midpoints of a box about the centre. Each triangle
+that a ray hits gives a range of depths. Every depth between the nearest and the farthest range is right, as small
+triangles between the rays may connect them. Limit: no ray finds a triangle in front of all others that is thinner than
+the rays' distance (1/256 of a texel for ``shader``).
 
-From a reference depth texture alone: the texel's slope is that of its neighbours. Next to a jump the neighbour's
-surface, carried on, is as right, and what lies between the two is wrong. No such bound can be sound: it misses
-surfaces thinner than a texel, and slopes more than ``SLOPES`` times steeper in a texel than around it. So the judge
-lets as many texels leave the bounds as may look across an edge (``outlier_limit``). A shift by less than a texel is not
-noticed at silhouettes.
+With a reference depth texture alone, a texel's slope is estimated from its neighbours. At a jump of depth the
+neighbour's surface, extrapolated, is right, too, and depths between the two surfaces are wrong. Such bounds are not
+sound: they miss surfaces thinner than a texel, and slopes more than ``SLOPES`` times as steep in a texel as around it.
+So the judge accepts as many texels outside as may show another surface at an edge (``outlier_limit``). It does not
+notice a shift by less than a texel at silhouettes.
 """
 
 from dataclasses import dataclass, replace
@@ -39,12 +39,12 @@ from lfssao.verify.bounds.ssao import project_positions
 
 ROUNDINGS = 16
 
-# Without a mesh: how much steeper a surface may be inside a texel than from it to its neighbours.
+# Without a mesh: largest ratio of the slope inside a texel to the slope towards its neighbours.
 SLOPES = 8
 
 
 def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of the depth texture of a view of the mesh that the caster holds in the view's cast space."""
+    """Bounds of a view's depth texture, cast from the caster's mesh, which is in the view's cast space."""
     error_model = find_model(model)
     if error_model.exact:
         return exact_bounds(caster.gbuffer(view, color=None).depth)
@@ -57,10 +57,10 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
     lower = np.empty(triangles.shape)
     upper = np.empty(triangles.shape)
     depth_kernels.depth_ranges(view.rays, view.width, half_width, vertices, caster.mesh.faces, triangles, lower, upper)
-    # Rounding of z in cast space: ROUNDINGS operations on the largest numbers that make it.
+    # Rounding of z in cast space: ROUNDINGS operations on the largest operands.
     largest = float(np.abs(vertices).max() + np.abs(view.cast_from_world[:, 3]).max())
     rounding = ROUNDINGS * error_model.operation * largest
-    # Screen space z changes with z by so much at most; twice more for its own roundings.
+    # The factor is the largest derivative of screen space z, times three: two are for the roundings of z itself.
     if view.screen_to_world is not None and not view.linear:
         near, far, orthographic = view.lens[4:7].tolist()
         rounding *= 3 * (1.0 if orthographic else far / near) / (far - near)
@@ -70,14 +70,14 @@ def depth_bounds(caster: RayCaster, view: View, model: str | ErrorModel = "shade
 
 
 def distance_ends(view: View, lower: FloatArray, upper: FloatArray, model: ErrorModel) -> tuple[FloatArray, FloatArray]:
-    """Least and largest distance along a camera's axis that a renderer may make of screen z between two ends."""
+    """Least and largest distance along a camera's axis that a renderer may compute from screen z between two ends."""
     camera = Pinhole(*view.lens.tolist())
     near = camera.near
     far = camera.far
     constants = (0.0, far - near, near) if camera.orthographic else plane_constants(near, far)
 
     def denominator(depth: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Sum d c_1 + c_2, and how far it may be off."""
+        """The sum d c_1 + c_2 and its largest error."""
         product = np.where(depth < np.inf, depth, 0.0) * constants[1]
         return product + constants[2], 6 * model.operation * (np.abs(product) + abs(constants[2]))
 
@@ -97,10 +97,10 @@ def distance_ends(view: View, lower: FloatArray, upper: FloatArray, model: Error
 
 
 def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of the colour texture of a view: the span of nine rays through a texel, widened by itself each way.
+    """Bounds of a view's colour texture: the range of nine rays through a texel, widened by its width on each side.
 
-    Limit: a texture that changes within 1/256 of a texel (``shader``) is not followed. ``color`` is how the mesh's
-    textures are read, 'bilinear' or 'nearest'. InputError if there is no such filter or the mesh has no colour.
+    Limit: the rays do not resolve a texture that changes within 1/256 of a texel (``shader``). ``color`` is the filter
+    of the mesh's textures, 'bilinear' or 'nearest'. InputError if there is no such filter or the mesh has no colour.
     """
     error_model = find_model(model)
     low: Any = np.inf
@@ -120,7 +120,7 @@ def color_bounds(caster: RayCaster, view: View, color: str = "bilinear", model: 
 
 
 def displaced(view: View, du: float, dv: float) -> View:
-    """The view whose texels look at the image points (du, dv) texels right of and below the given one's."""
+    """The view whose texels show the image points (du, dv) texels to the right of and below the given view's."""
     lens = view.lens.copy()
     if view.rays.kind == CROSSED_SLITS:
         lens[[5, 7]] -= du, dv
@@ -135,7 +135,7 @@ def displaced(view: View, du: float, dv: float) -> View:
 
 
 def texture_depth_bounds(depth: Texture, model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of a depth texture (H, W) without a mesh, from the reference's."""
+    """Bounds of a depth texture without a mesh, estimated from the reference's texture, (H, W)."""
     error_model = find_model(model)
     if error_model.exact:
         return exact_bounds(depth)
@@ -157,10 +157,11 @@ def texture_depth_bounds(depth: Texture, model: str | ErrorModel = "shader") -> 
 
 
 def texture_color_bounds(color: Texture, depth: Texture | None, model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of a colour texture (H, W, 3) without a mesh, from the reference's.
+    """Bounds of a colour texture without a mesh, estimated from the reference's texture, (H, W, 3).
 
-    Each texel may have any colour between those of it and its eight neighbours, and beyond them by ``SLOPES`` times
-    ``model.centre`` of their span and by ROUNDINGS operations. At jumps of the reference's depth some may stray.
+    A texel may have any colour in the range of itself and its eight neighbours. The range is widened by ``SLOPES``
+    times ``model.centre`` of its width and by ROUNDINGS operations. At jumps of the reference's depth some texels may
+    be outside.
     """
     error_model = find_model(model)
     if error_model.exact:
@@ -174,12 +175,12 @@ def texture_color_bounds(color: Texture, depth: Texture | None, model: str | Err
 
 
 def outlier_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
-    """Number of texels of a right depth or colour texture that may leave the bounds that the reference's own gives.
+    """Largest number of texels outside that a right depth or colour texture may have without a mesh.
 
     A texel shows another surface where an edge passes through the box of half width c, ``ErrorModel.centre``, about its
-    centre. An edge that is L texels long, in any direction, meets at most 2 sqrt(2) c L boxes on average, and at most L
-    texels next to it count here. So the mean number m is at most 2 sqrt(2) c times the texels at a jump of depth; the
-    limit is m + 4 sqrt(m), four standard deviations above it; 0 for an exact model.
+    centre. An edge of L texels, in any direction, meets at most 2 sqrt(2) c L boxes on average, and at least L texels
+    along it count as jumps. So the mean number m is at most 2 sqrt(2) c times the texels at a jump of depth. The limit
+    is m + 4 sqrt(m), four standard deviations above the mean; 0 for an exact model.
     """
     error_model = find_model(model)
     reference = depth.astype(np.float64)
@@ -191,7 +192,7 @@ def outlier_limit(depth: Texture, model: str | ErrorModel = "shader") -> int:
 
 
 class _Step(NamedTuple):
-    """From each texel one step in a direction: the next texel's depth, that of the one beyond, where the step jumps."""
+    """One direction from each texel: depths of the first and the second neighbour, and flags of depth jumps."""
 
     neighbour: FloatArray
     second: FloatArray
@@ -199,7 +200,7 @@ class _Step(NamedTuple):
 
 
 def _neighbour_steps(reference: FloatArray, rounding: float) -> list[_Step]:
-    """The steps to the eight neighbours; a jump is more than the slopes before and behind it explain."""
+    """The steps to the eight neighbours; a jump is larger than the slopes on both sides of it explain."""
     padded = np.pad(reference, 2, mode="edge")
     height, width = reference.shape
 
@@ -221,7 +222,7 @@ def _neighbour_steps(reference: FloatArray, rounding: float) -> list[_Step]:
 
 
 def _finite_size(difference: FloatArray) -> FloatArray:
-    """Sizes of differences, 0 where one of the two is no surface."""
+    """Sizes of differences, 0 where one of the two texels shows no surface."""
     return np.nan_to_num(np.abs(difference), nan=0.0, posinf=0.0)
 
 
@@ -232,12 +233,12 @@ def _largest(texture: NDArray[np.floating[Any]]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class PositionBounds:
-    """Bounds of the positions that fit a depth texture: points of the texels' rays at its depths.
+    """Bounds of positions that belong to a depth texture: points on the texels' rays at those depths.
 
-    A position is mapped into the image. Each coordinate may be off by ROUNDINGS operations on numbers of the size of
-    the largest in the texture, the texel's centre by ``model.centre``, and depth by ROUNDINGS operations, and by
-    ``depth_error`` where it was stored in fewer bits than made. No texel may be outside. The mapping includes the
-    guard band; the model is not an exact one.
+    Each position is mapped into the image. Allowed errors are ROUNDINGS operations on each coordinate, on numbers as
+    large as the texture's largest, ``model.centre`` of a texel, and ROUNDINGS operations on depth. ``depth_error`` is
+    the further error of a depth that is stored in fewer bits. No texel may be outside. The mapping includes the guard
+    band; the model is not an exact one.
     """
 
     world_to_image: WorldToImage
@@ -248,7 +249,7 @@ class PositionBounds:
 
     @np.errstate(invalid="ignore")  # of a NaN that signals, and where there is no surface
     def outside(self, positions: Texture) -> NDArray[np.bool_]:
-        """Whether each texel's position does not fit, (H, W, 3)."""
+        """Whether each texel's position is outside, (H, W, 3)."""
         depth = self.depth
         operation = self.model.operation
         height, width = self.depth.shape

@@ -1,4 +1,4 @@
-"""Reasons of the samples of one texel: which texel each reads, and how near it came to another outcome."""
+"""Explain the samples of one texel: which texel each sample reads, and its distance to another outcome."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,25 +15,25 @@ from lfssao.verify.bounds.kernels.point_bounds import trace_samples
 from lfssao.verify.bounds.kernels.sums import LIMITLESS, OPEN
 from lfssao.verify.bounds.ssao import checked_view, sample_points, with_depth_ends
 
-_NEGLIGIBLE = 2.0**-64  # a term below it is none but for numbers that are flushed to zero
+_NEGLIGIBLE = 2.0**-64  # smaller terms come from numbers that may be flushed to zero
 OUTCOMES = ("clear", "occluded", "undecided")
 
 
 @dataclass(frozen=True)
 class Sample:
-    """One sample of one texel: where it lands and how it is decided."""
+    """One sample of one texel: the texel that it reads, and its outcome."""
 
     number: int  # from 0
-    outcome: str  # 'clear', 'occluded', or 'undecided': rounding may make it either
-    # Image point, texels and image z, of exact arithmetic; they mean nothing outside the mapping's domain.
+    outcome: str  # 'clear', 'occluded', or 'undecided': rounding decides
+    # Image point, texels and image z, in exact arithmetic; undefined outside the mapping's domain.
     u: float
     v: float
     z: float
     texel: tuple[int, int] | None  # (column, row) that it reads; None outside the texture or the domain
     edge_distance: float  # distance, in texels, of the image point from the nearest edge of that texel
-    depth_behind: float  # z less the depth of the surface there: positive, occluded; minus infinity before no surface
-    error_uv: float  # errors of u or v, and of z
-    error_z: float
+    depth_behind: float  # z less the depth of the surface there: positive if occluded; -infinity without a surface
+    error_uv: float  # largest error of u or v
+    error_z: float  # largest error of z
 
     def __str__(self) -> str:
         if self.texel is None:
@@ -48,7 +48,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Term:
-    """One sample of one texel: where it lands, and what it adds to the sum, at least and at most."""
+    """One sample of one texel: the texel that it reads, and the least and the largest term that it adds."""
 
     number: int  # from 0
     texel: tuple[int, int] | None  # (column, row) that it reads; None outside the texture or the domain
@@ -69,7 +69,7 @@ class Term:
 
     @property
     def is_decided(self) -> bool:
-        """Whether rounding makes little of its term."""
+        """Whether rounding hardly changes the term."""
         return self.most - self.least <= max(OPEN * self.most, _NEGLIGIBLE)
 
 
@@ -83,9 +83,10 @@ def _texel_of(u: float, v: float, in_domain: bool, shape: tuple[int, ...]) -> tu
 
 
 def sorted_terms(trace: NDArray[np.float64], shape: tuple[int, int]) -> list[Term]:
-    """Samples of a texel by their trace (``points.term_tracer``), those that come nearest to another outcome first.
+    """The terms of a texel's trace (``points.term_tracer``), the nearest to another outcome first.
 
-    Undecided ones come first, then by the distance to the edge in units of the error; shape: that of the texture.
+    Undecided terms come first; the others are sorted by the distance to the edge in units of the error. ``shape`` is
+    the texture's.
     """
 
     def closeness(term: Term) -> tuple[bool, float]:
@@ -109,11 +110,12 @@ def explainer(
     turns: Texture | None = None,
     depth_error: float = 0.0,
 ) -> Callable[[tuple[int, int]], list[Sample]]:
-    """A function that gives a texel's samples, of (column, row), those that come nearest to another outcome first.
+    """Return a function of (column, row) that lists a texel's samples, the nearest to another outcome first.
 
-    Undecided ones come first, then by the smaller of distance to the edge and to the surface, in units of the error;
-    there are none where the texel has no surface. Arguments and errors are those of ``ssao.ao_bounds``, but an exact
-    model has no errors: ``nearest`` is taken for it. The depths of the whole texture are prepared once.
+    Undecided samples come first. The others are sorted by their distance to the edge or to the surface, whichever is
+    smaller in units of the error. A texel without a surface has none. Arguments and errors are those of
+    ``ssao.ao_bounds``; an exact model has no errors, so ``nearest`` replaces it. The depths of the whole texture are
+    prepared once.
     """
     error_model = find_model(model)
     error_model = MODELS["nearest"] if error_model.exact else error_model
@@ -140,7 +142,7 @@ def explainer(
 
 
 def _closeness(sample: Sample) -> tuple[bool, float]:
-    """Undecided samples first, then by the distance to another outcome in units of the error."""
+    """A key that sorts undecided samples first, the others by distance to another outcome in units of the error."""
     edge_ratio = sample.edge_distance / sample.error_uv if sample.error_uv > 0 else np.inf
     depth_ratio = abs(sample.depth_behind) / sample.error_z if sample.error_z > 0 else np.inf
     return sample.outcome != "undecided", min(edge_ratio, depth_ratio)

@@ -1,7 +1,8 @@
-"""Bounds of ``multiresolution``: of each level's own occlusion, and of what is carried from level to level.
+"""Bounds of ``multiresolution``: of each level's occlusion, and of the occlusion that coarser levels pass on.
 
-Which texel a coarse one stands for is decided by comparing depths, which rounds nothing. Terms and weights are the
-kernels' own formulas, of balls. All are continuous where they are decided, so that intervals stay narrow.
+A coarse texel represents one texel of the finer level, which a comparison of depths selects without rounding. Terms
+and weights are the kernels' formulas, evaluated with balls. They are continuous at their decisions, so intervals stay
+narrow.
 """
 
 import numpy as np
@@ -16,12 +17,12 @@ from lfssao.verify.bounds.post import union_ends
 from lfssao.verify.bounds.problem import Problem
 from lfssao.verify.bounds.ssao import rounded_to_single
 
-_SQUARE_RANGE = 2.0**-126, 2.0**126  # between which a renderer's R^2 is a number of full precision
-_LONGEST_NORMAL = 2.0  # coordinates of normals that are no unit vectors: powers of their products may be infinite
+_SQUARE_RANGE = 2.0**-126, 2.0**126  # a renderer's R^2 has full precision in this range
+_LONGEST_NORMAL = 2.0  # limit of a normal's coordinates: powers of larger products may be infinite
 
 
 def multiresolution(problem: Problem, radius: float) -> Bounds | None:
-    """Bounds of ``multiresolution``; None if R squared may be flushed or infinite. With long normals any is right."""
+    """Bounds of ``multiresolution``; None if R squared may be flushed or infinite. Long normals allow any occlusion."""
     options = find_estimator("multiresolution").options(**problem.options)
     model = problem.model
     assert isinstance(options, MultiresolutionOptions)
@@ -33,7 +34,7 @@ def multiresolution(problem: Problem, radius: float) -> Bounds | None:
         return Bounds(zeros, zeros, zeros.astype(np.int32))
     if not _SQUARE_RANGE[0] <= squared < _SQUARE_RANGE[1]:
         return None
-    assert problem.buffers.normals is not None  # ``point_bounds`` has seen to it
+    assert problem.buffers.normals is not None  # ``point_bounds`` checks it
     if not np.abs(problem.buffers.normals[has_surface]).max(initial=0) < _LONGEST_NORMAL:
         return Bounds(zeros, has_surface.astype(np.float32), has_surface.astype(np.int32))
     positions, normals = (
@@ -68,5 +69,5 @@ def multiresolution(problem: Problem, radius: float) -> Bounds | None:
 
 
 def _sum_error(n: int, model: ErrorModel) -> float:
-    """Relative error of a sum of n terms, none negative, added in any order."""
+    """Largest relative error of a sum of n terms, none negative, added in any order."""
     return (n - 1) * model.operation * (1 + (n - 1) * model.operation) * SAFETY

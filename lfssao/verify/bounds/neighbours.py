@@ -1,7 +1,7 @@
-"""Bounds of ``lf-neighbours``: which samples all modules hide that see them, for sure, and which may be hidden.
+"""Bounds of ``lf-neighbours``: a sample is occluded if every module that sees it hides it.
 
-Each module's texture gives what a look-up may find there (``kernels.point_bounds``). A renderer may find any of it in
-one module whatever it finds in another.
+Each module's texture gives the outcomes that a look-up may have there (``kernels.point_bounds``). Outcomes in two
+modules are independent of each other.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ _BATCH = 16  # samples whose bits are in memory together
 
 
 def neighbours(problem: Problem, radius: float) -> Bounds:
-    """Bounds of ``lf-neighbours``; with no other modules those of ``lf`` by Algorithm 2."""
+    """Bounds of ``lf-neighbours``; without neighbours they are those of ``lf`` by Algorithm 2."""
     model = problem.model
     points = sample_points(problem.points, radius)
     surface = problem.surface(radius, directions=False, kind=IMAGE)

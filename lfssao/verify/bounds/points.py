@@ -1,12 +1,12 @@
-"""Bounds of the estimators but ``lf``, by the sums of terms that their formulas make.
+"""Bounds of all estimators except ``lf``: the sums of the least and of the largest terms of their formulas.
 
 ``point`` and ``hemisphere`` sum decisions about points. VO by points and by lines and ``oriented-hemisphere`` sum
-terms, which jump where a look-up falls into another texel, by as much as the surface there differs. Each term lies
-between those that any texel gives where the look-up may fall (``kernels.sums``); so do the terms of ``alchemy`` and
-``sao`` and the rises of horizons of ``hbao``. Both ways of VO to make one occlusion of two radii grow with each.
+terms, which jump where a look-up falls into another texel whose surface differs. Each term lies between the least and
+the largest that the possible texels give (``kernels.sums``). The same holds for the terms of ``alchemy`` and ``sao``
+and for the rises of the horizons of ``hbao``. VO merges two radii by functions that increase with either occlusion.
 
-Terms of ``vo-area`` on displays are made of filtered textures (``kernels.moment_balls``), and do not jump.
-``multiresolution`` sums terms of texels that no arithmetic chooses. ``lf-neighbours`` counts decisions, as ``lf``.
+Terms of ``vo-area`` on displays come from filtered textures (``kernels.moment_balls``) and do not jump.
+``multiresolution`` sums terms of texels that no arithmetic selects. ``lf-neighbours`` counts decisions, as ``lf``.
 """
 
 from collections.abc import Callable
@@ -44,9 +44,9 @@ def point_bounds(
 ) -> Bounds | None:
     """Bounds of an estimator's occlusion; None if none are known, or it reads normals and there are none.
 
-    Textures are float32; renderers have the numbers of mapping and view rounded to float32. R is in world units; points
-    are (n, 3) in the unit ball or (n, 2) in the unit disk, weights (n,), read by VO; options are all of the estimator's
-    parameters. InputError if there is no such model; an exact one has one right value and no bounds here.
+    Textures are float32; renderers round the numbers of mapping and view to float32. R is in world units. Points are
+    (n, 3) in the unit ball or (n, 2) in the unit disk; VO reads weights, (n,). Options are all of the estimator's
+    parameters. InputError if there is no such model; an exact model has no bounds here, as only one value is right.
     """
     if not has_bounds(name) or (find_estimator(name).reads_normals(options) and buffers.normals is None):
         return None
@@ -60,10 +60,11 @@ def point_bounds(
 
 
 def term_tracer(problem: Problem, radius: float, name: str) -> Callable[[int, int], FloatArray]:
-    """Return a function of a texel's row and column that gives the trace of its samples, (n, 6).
+    """Return a function of row and column that traces a texel's samples, (n, 6).
 
-    That is the image point u, v of each, texels, with their errors, -infinity for u's where it has none, and the least
-    and the largest term. An estimator that does not sum terms of texels has none: (0, 6). The view is made once.
+    Columns are u, its error, v, its error, texels, and the least and the largest term. The error of u is -infinity
+    where a sample has no image point. An estimator that does not sum terms of texels has an empty trace, (0, 6). The
+    view is prepared once.
     """
     estimator = find_estimator(name)
     if not estimator.reads_texels:
@@ -86,7 +87,7 @@ def term_tracer(problem: Problem, radius: float, name: str) -> Callable[[int, in
 
 
 def _two_radii_bounds(problem: Problem, radius: float, *, bounds_at: Callable[..., Bounds]) -> Bounds:
-    """Bounds of VO, of one radius as ``at`` bounds it, or of two."""
+    """Bounds of VO at one radius, or merged from two; ``bounds_at`` returns those of one radius."""
     first = bounds_at(problem, radius)
     second = float(problem.options["second"])
     if second == 0:
@@ -101,14 +102,14 @@ def _two_radii_bounds(problem: Problem, radius: float, *, bounds_at: Callable[..
 
 
 def _area_bounds(problem: Problem, radius: float) -> Bounds | None:
-    """Bounds of ``vo-area``; None on cameras, whose far depths cancel in M2 - M1^2 of float32 until nothing is left."""
+    """Bounds of ``vo-area``; None on cameras, as M2 - M1^2 of far depths cancels entirely in float32."""
     if problem.buffers.view.world_to_image.kind == MATRIX:
         return None
     return _two_radii_bounds(problem, radius, bounds_at=partial(_formula_bounds, name="vo-area"))
 
 
 def driver_arguments(problem: Problem, radius: float, name: str) -> tuple[Seen, BallView, Any]:
-    """The view and the formulas of an estimator, as drivers take them."""
+    """The view, its balls and the formulas of an estimator, as drivers take them."""
     estimator = find_estimator(name)
     assert estimator.formulas is not None
     options = estimator.options(**problem.options)
@@ -120,13 +121,13 @@ def driver_arguments(problem: Problem, radius: float, name: str) -> tuple[Seen, 
 
 
 def _term_properties(name: str, formulas: Any) -> tuple[float, bool, bool | None]:
-    """The largest term, whether terms jump, and whether places may be in doubt, as of ``bound_sums``."""
+    """The largest term, whether terms jump, and whether places may be in doubt, as ``bound_sums`` takes them."""
     largest, jumps = _TERM_PROPERTIES.get(name, (LIMITLESS, True))
     return largest, jumps, True if "fork" in type(formulas).place.__code__.co_names else None
 
 
 def _formula_bounds(problem: Problem, radius: float, *, name: str) -> Bounds:
-    """Bounds of an estimator that is written as formulas."""
+    """Bounds of an estimator that has formulas."""
     seen, view, formulas = driver_arguments(problem, radius, name)
     sums = np.zeros((4, *seen.depth.shape))
     properties = _term_properties(name, formulas)
@@ -142,7 +143,8 @@ def _formula_bounds(problem: Problem, radius: float, *, name: str) -> Bounds:
     return Bounds(up_to_single(lower), down_to_single(upper), undecided.astype(np.int32))
 
 
-# The largest term that is known, and whether terms jump where their texels are sure; others may be of any size, and do.
+# The largest term, and whether terms jump where their texels are certain. Other estimators' terms have any size and
+# jump.
 _TERM_PROPERTIES = {
     "point": (1.0, True),
     "hemisphere": (1.0, True),
@@ -158,7 +160,7 @@ _TERM_PROPERTIES = {
     "visibility-bitmask": (0.0, True),
 }
 
-# Estimators whose intervals are not those of their formulas at one radius.
+# Estimators that merge two radii.
 _TWO_RADII: dict[str, Callable[[Problem, float], Bounds | None]] = {
     **{
         name: partial(_two_radii_bounds, bounds_at=partial(_formula_bounds, name=name))

@@ -1,4 +1,4 @@
-"""Acceptance intervals of what follows the occlusion: the maximum over radii, the blur and the shading."""
+"""Acceptance intervals of the passes after the occlusion: the maximum over radii, the blur and the shading."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -24,7 +24,7 @@ from lfssao.verify.bounds.error_model import ErrorModel, find_model
 
 
 def merge_bounds(layers: Sequence[Bounds]) -> Bounds:
-    """Bounds of the maximum over radii, which rounds nothing: that of all lower and of all upper ends (InputError)."""
+    """Bounds of the maximum over radii, which does not round: the maxima of lower and of upper ends (InputError)."""
     lower = merge([layer.lower for layer in layers])
     upper = merge([layer.upper for layer in layers])
     counts = [layer.undecided for layer in layers if layer.undecided is not None]
@@ -32,10 +32,10 @@ def merge_bounds(layers: Sequence[Bounds]) -> Bounds:
 
 
 def union_ends(first: FloatArray, second: FloatArray, model: ErrorModel) -> FloatArray:
-    """Least and largest of a + b (1 - a), or of 1 - (1 - a) (1 - b), (2, H, W), by those of a and of b, (2, H, W) each.
+    """Ends of a + b (1 - a), or of 1 - (1 - a) (1 - b), (2, H, W), from the ends of a and of b, (2, H, W) each.
 
-    Both are linear in a and in b, so that they are least and largest at ends. They are rounded four times, as numbers
-    up to 1, or more where a and b are; of zeros they are zero.
+    Both expressions are linear in a and in b, so their extremes lie at the ends. They round four times, on numbers up
+    to 1 or up to the larger of a and b; zeros give exactly zero.
     """
     ends = []
     for a, b in product(first, second):
@@ -49,15 +49,15 @@ def union_ends(first: FloatArray, second: FloatArray, model: ErrorModel) -> Floa
 def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shader") -> Bounds:
     """Bounds of the Gaussian blur, horizontal then vertical, each pass rounded to a float32 texture.
 
-    A pass sums n products w a. It grows with each a, as weights are positive. Each term is rounded n times at most (as
-    a product and in n - 1 sums, in any order), and its weight is off by ``weight_errors``. So the sum is off by at most
-    the sum of ((w + weight error) (1 + r)^n - w) max(abs(a)), which is added to the pass over the bounds.
+    A pass sums n products w a and increases with each a, as weights are positive. Each term is rounded at most n times:
+    as a product and in n - 1 sums, in any order. ``weight_errors`` bounds the error of its weight. So the sum is off by
+    at most the sum of ((w + weight error) (1 + r)^n - w) max(abs(a)), which widens the pass over the bounds.
 
-    A renderer may blur v = 1 - a as well. The table's sum is 1, so 1 - (sum of w v) is the sum of w a, but errors go
-    with abs(v): the larger of both sizes counts, and the roundings of 1 - a before and of 1 - v behind the passes are
-    added. Both passes' textures are float32 as a or as v, so only the result is held to float32.
+    A renderer may blur v = 1 - a instead. The table's sum is 1, so 1 - (sum of w v) is the sum of w a, but the errors
+    scale with abs(v). The larger of both sizes counts, and the roundings of 1 - a before the passes and of 1 - v after
+    them are added. Both passes' textures are float32 as a or as v, so only the result is rounded to float32.
 
-    sigma is in texels, and 0 has no passes. InputError if it or the model is wrong.
+    ``sigma`` is in texels; 0 means no passes. InputError if sigma or the model is wrong.
     """
     error_model = find_model(model)
     weights = blur_weights(sigma).astype(np.float64)
@@ -85,7 +85,7 @@ def blur_bounds(occlusion: Bounds, sigma: float, model: str | ErrorModel = "shad
 
 
 def _complement_ends(lower: FloatArray, upper: FloatArray, model: ErrorModel) -> tuple[FloatArray, FloatArray]:
-    """Ends between which a value is that was subtracted from 1, in float32."""
+    """The ends, widened by the rounding of 1 - a in float32."""
     error = _largest_size(lower, upper) * (model.operation * SAFETY) + model.smallest
     return lower - error, upper + error
 
@@ -96,19 +96,19 @@ def _largest_size(lower: FloatArray, upper: FloatArray) -> FloatArray:
 
 
 def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
-    """How far the weights of a renderer's blur may be off the table.
+    """Largest errors of the weights of a renderer's blur, against the table.
 
-    A renderer that takes the table is not off. One that makes the Gaussian itself is off by the table's distance from
-    it, at most half a quantum a weight and n / 2 at the centre, and by its errors. It has x = -k^2 / (2 sigma^2) with
-    up to five roundings and a quotient (sigma rounded, k / sigma, its square, the half), so exp(x) is off by abs(x)
-    times those, and by its own error; and divides by the sum, whose error is the weights' mean and n - 1 roundings.
-    sigma is positive, the model not an exact one.
+    The table itself has no error. A renderer that evaluates the Gaussian differs by the quantisation of the table, at
+    most half a quantum a weight and n / 2 at the centre, and by its rounding. It computes x = -k^2 / (2 sigma^2) with
+    up to five roundings and a quotient (sigma rounded, k / sigma, its square, the half). So exp(x) is off by abs(x)
+    times these errors, and by its own. The division by the sum adds the mean error of the weights and n - 1 roundings.
+    ``sigma`` is positive, the model not an exact one.
     """
     weights = gaussian_kernel(sigma)
     r = model.operation
     radius = len(weights) // 2
     x = 0.5 * (np.arange(-radius, radius + 1) / sigma) ** 2
-    x = np.where(weights > 0, x, 0.0)  # where exp is 0 in float64 no error makes more of it
+    x = np.where(weights > 0, x, 0.0)  # exp that is 0 in float64 stays 0 with any error
     argument_error = x * (2 * model.quotient + 6 * r)
     constant, slope = model.exponential
     exp_error = (1 + constant + slope * x) * np.array([elementary.exp(a) for a in argument_error], np.float64) - 1
@@ -119,12 +119,12 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
 
 
 def shade_bounds(rgb: Texture | Bounds, occlusion: Bounds, model: str | ErrorModel = "shader") -> Bounds:
-    """Bounds of rgb (1 - ao), (H, W, 3), for a linear colour, or bounds of it; InputError if sizes or model are wrong.
+    """Bounds of rgb (1 - ao), (H, W, 3), for a linear colour or bounds of it; InputError if sizes or model are wrong.
 
-    1 - ao falls with ao, so for rgb >= 0 the largest ao makes the least. (1 - ao) rgb is rounded twice; rgb - rgb ao
-    rounds rgb ao and the difference: r abs(rgb ao) + r abs(rgb (1 - ao)) more. Both are within
-    r abs(rgb) (abs(ao) + 2 abs(1 - ao)) (1 + r). The least of the product less this error, which is concave in either
-    factor, is at ends of both; so is the largest.
+    For rgb >= 0 the product decreases with ao. (1 - ao) rgb rounds twice. rgb - rgb ao rounds rgb ao and the
+    difference, by r abs(rgb ao) + r abs(rgb (1 - ao)) at most. Both errors are within
+    r abs(rgb) (abs(ao) + 2 abs(1 - ao)) (1 + r). The product less this error is concave in either factor, so its least
+    value lies at ends of both factors; so does the largest value of their sum.
     """
     error_model = find_model(model)
     image_bounds = rgb if isinstance(rgb, Bounds) else exact_bounds(rgb)
@@ -150,5 +150,5 @@ def shade_bounds(rgb: Texture | Bounds, occlusion: Bounds, model: str | ErrorMod
 
 
 def _ends(bounds: Bounds) -> tuple[Texture, ...]:
-    """The ends of bounds, or the one number that is both."""
+    """Both ends of bounds, or one of them if they are equal."""
     return (bounds.lower,) if np.array_equal(bounds.lower, bounds.upper) else (bounds.lower, bounds.upper)

@@ -1,4 +1,4 @@
-"""The arguments that bounds of an estimator are made of: textures and mapping, samples, options and the error model."""
+"""The arguments of an estimator's bounds: textures and mapping, samples, options and the error model."""
 
 from collections.abc import Container, Mapping
 from typing import Any, NamedTuple
@@ -34,7 +34,7 @@ class Problem(NamedTuple):
     model: ErrorModel
 
     def surface(self, radius: float, directions: bool = True, kind: int = CAST) -> Seen:
-        """The view as kernels take it, with depths of that kind (``with_depths``)."""
+        """The view as kernels take it, with depths of kind ``kind`` (``with_depth_ends``)."""
         buffers = self.buffers
         view = self.buffers.view
         depth, depth_error = image_depth(view, buffers.depth, self.model)
@@ -48,7 +48,7 @@ class Problem(NamedTuple):
         return with_depth_ends(surface, self.model, kind)
 
     def surface_of(self, formulas: Any, radius: float, options: estimator.Options) -> Seen:
-        """The view as kernels take it, with the depths that an estimator's formulas compare."""
+        """The view as kernels take it, with the depths that the formulas compare."""
         kind = IMAGE if "image_z" in words_of(formulas) else CAST
         cleared = cleared_z(options)
         surface = self._replace(buffers=with_cleared(self.buffers, cleared)).surface(radius, kind=kind)
@@ -62,7 +62,7 @@ class Problem(NamedTuple):
 def ball_view(
     buffers: Buffers, seen: Seen, model: ErrorModel, words: Container[str], options: estimator.Options
 ) -> BallView:
-    """Return a view's textures and mapping as formulas of balls that name these words read them."""
+    """Return the textures and the mapping that formulas of balls read; ``words`` are the names in the formulas."""
     floats = float_view(buffers, words, options)
     numbers = to_double(floats)
     extra = floats.depth.size - seen.depth.size
@@ -85,7 +85,7 @@ def ball_view(
 
 
 def view_of_formulas(problem: Problem, seen: Seen, formulas: Any, options: estimator.Options) -> BallView:
-    """Return a view as the formulas of an estimator read it, filtered where they ask for moments."""
+    """Return a view as an estimator's formulas read it; if they read moments, its depth is filtered."""
     words = words_of(formulas)
     view = ball_view(problem.buffers, seen, problem.model, words, options)
     if "coarse_z" in words:
@@ -97,7 +97,7 @@ def view_of_formulas(problem: Problem, seen: Seen, formulas: Any, options: estim
 
 
 def moment_balls(seen: Seen, prefilter: bool, model: ErrorModel) -> BallPyramid:
-    """Return the moments of a view's depth, between the least and the largest of each surface."""
+    """Return balls of the moments of a view's depth, from the ends of each surface's depth."""
     has_surface = seen.depth < np.inf
     low, high = (np.where(has_surface, end, 0.0) for end in (seen.low, seen.high))
     z = 0.5 * (low + high)
@@ -110,5 +110,5 @@ def moment_balls(seen: Seen, prefilter: bool, model: ErrorModel) -> BallPyramid:
 
 
 def to_double(numbers: Any) -> Any:
-    """A tuple of float32 numbers and arrays, held as float64; whole numbers stay."""
+    """The tuple with float32 numbers and arrays as float64; integers stay."""
     return type(numbers)(*(np.float64(x) if isinstance(x, np.ndarray | np.floating) else x for x in numbers))

@@ -1,9 +1,9 @@
-"""Which estimators' intervals are known, and where those are made that are not of formulas alone."""
+"""Estimators with known intervals, and the files of intervals that are not computed from formulas alone."""
 
 from lfssao.ao.estimators.registry import ESTIMATORS, find_estimator
 
-# Estimators with kernels of their own: the file of this folder whose function of the file's name makes their bounds.
-# ``points`` imports it when it is asked for: most comparisons need none.
+# Estimators with kernels of their own, each with a file of this folder; the function of the same name returns the
+# bounds. ``points`` imports the file when it is needed: most comparisons need none.
 BOUNDS_FILES = {
     "multiresolution": "multiresolution",
     "lf-neighbours": "neighbours",
@@ -13,5 +13,5 @@ BOUNDS_FILES = {
 
 
 def has_bounds(name: str) -> bool:
-    """Whether intervals of an estimator other than ``lf`` are known: of all that are written as formulas."""
+    """Whether intervals of an estimator other than ``lf`` are known, as those of all estimators with formulas are."""
     return name in BOUNDS_FILES or (name in ESTIMATORS and find_estimator(name).formulas is not None)

@@ -1,7 +1,8 @@
 """Bounds of ``sao`` and ``sao-equation-1``, pass by pass.
 
-The sampling pass is that of its formulas (``kernels.sums``). Averages grow with the numbers that go in, and bytes with
-those packed into them. An average over a depth edge in doubt may be made or not; weights of bilateral passes have ends.
+The formulas give the bounds of the sampling pass (``kernels.sums``). Averages increase with their operands, and packed
+bytes with the numbers in them. At a depth edge in doubt a renderer may average or not; weights of the bilateral passes
+have ends.
 """
 
 from collections.abc import Iterator
@@ -60,9 +61,9 @@ def sao(problem: Problem, radius: float) -> Bounds:
 def _sampled(
     problem: Problem, options: AnyOptions, rays: TexelRays, radius: float, z: Ends
 ) -> tuple[Ends, NDArray[np.int32], FloatArray]:
-    """Ends of each texel's sum of terms, its taps in doubt, and how many terms may not be 0.
+    """Ends of each texel's sum of terms, the number of its taps in doubt, and the number of terms that may not be 0.
 
-    Nothing is known where it is in doubt whether a texel, or the next one, shows a surface.
+    The sum is unknown where a texel or a neighbour may or may not show a surface.
     """
     surface = problem.surface(0.0, False)
     has_surface = z[1] < np.inf
@@ -91,7 +92,7 @@ def _sampled(
 
 
 def _linear_z(problem: Problem) -> Ends:
-    """Ends of linear z: the depth of a module or a linear camera, or what a camera's division makes of it."""
+    """Ends of linear z: the depth of a module or a linear camera, else the quotient of a camera's division."""
     view = problem.buffers.view
     depth = problem.buffers.depth.astype(np.float64)
     if view.linear:
@@ -102,10 +103,10 @@ def _linear_z(problem: Problem) -> Ends:
 def _hierarchy(
     z: Ends, origin: float, options: SaoOptions, model: ErrorModel
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
-    """Ends of the levels of z, one after the other, and the place of each level's first texel.
+    """Ends of all levels of z in one array, and the index of each level's first texel.
 
-    A level grows with the one before, but for harmonic means where a distance may not be positive: these are any number
-    between the four. Means round, sums of inverse distances most.
+    A level increases with the one before. Harmonic means of distances that may not be positive are the exception: they
+    may be any number between the four. Means round; sums of inverse distances round most.
     """
     mip = options.mip
     ends = []
@@ -120,7 +121,7 @@ def _hierarchy(
 
 @np.errstate(invalid="ignore")  # of two texels without a surface
 def _averaged(visibility: Ends, z: Ends, edge: float, model: ErrorModel) -> Ends:
-    """Ends of the 2x2 average: of pairs in rows, then in columns."""
+    """Ends of the 2x2 average, over pairs in rows, then over pairs in columns."""
     averaged = (visibility[0].copy(), visibility[1].copy())
     r = 4 * model.operation
     for axis in (1, 0):
@@ -137,13 +138,13 @@ def _averaged(visibility: Ends, z: Ends, edge: float, model: ErrorModel) -> Ends
 
 
 def _texel_pairs(texture: FloatArray, axis: int) -> Iterator[FloatArray]:
-    """The first and the second of each pair of texels along an axis, as parts of the texture."""
+    """Views of the first and of the second texel of each pair along an axis."""
     lines = np.moveaxis(texture, axis, 0)
     return (lines[k : len(lines) // 2 * 2 : 2] for k in (0, 1))
 
 
 def _keys(z: Ends, origin: float, z_min: float, model: ErrorModel) -> Ends:
-    """Ends of the bilateral passes' keys: 0 at the origin to 1 at z_min or the farthest surface, +infinity for none."""
+    """Ends of the bilateral keys: 0 at the origin to 1 at z_min or the farthest surface; infinity without a surface."""
     r = model.quotient + 6 * model.operation
     distances = [np.maximum(end - float(rounded_to_single(origin)), 0) for end in z]
     ranges = [z_min or float(np.max(end, initial=origin, where=end < np.inf)) - origin for end in z]
@@ -154,7 +155,7 @@ def _keys(z: Ends, origin: float, z_min: float, model: ErrorModel) -> Ends:
 
 
 def _stored(visibility: Ends, keys: Ends, model: ErrorModel) -> tuple[Ends, Ends]:
-    """Ends of A and keys after their three bytes."""
+    """Ends of A and of the keys after packing into three bytes."""
     r = model.quotient + 4 * model.operation
     ends = []
     for a, key, sign in zip(visibility, keys, (-1, 1), strict=True):
@@ -170,7 +171,7 @@ def _stored(visibility: Ends, keys: Ends, model: ErrorModel) -> tuple[Ends, Ends
 
 @np.errstate(invalid="ignore")  # of texels without a surface
 def _reconstructed(visibility: Ends, keys: Ends, weights: FloatArray, options: SaoOptions, model: ErrorModel) -> Ends:
-    """Ends of A after both passes: the largest mean has largest numbers with their largest weights, others' least."""
+    """Ends of A after both passes: in the largest mean, values above a pivot have largest weights, the others least."""
     r = 4 * model.operation
     sharpness = float(rounded_to_single(options.sharpness))
     for axis in (1, 0):
@@ -196,24 +197,24 @@ def _reconstructed(visibility: Ends, keys: Ends, weights: FloatArray, options: S
 
 
 def _mean(layers: FloatArray, weights: FloatArray) -> FloatArray:
-    """Weighted mean of layers, (L, H, W), added from the first to the last: equal bits anywhere."""
+    """Weighted mean of layers, (L, H, W), added from the first to the last, so that bits are equal everywhere."""
     return np.asarray(np.cumsum(weights * layers, axis=0)[-1] / np.cumsum(weights, axis=0)[-1])
 
 
 def _shifted(texture: FloatArray, offset: int, axis: int, fill: float = np.inf) -> FloatArray:
-    """The texels so many places on along an axis, and a number beyond the border."""
+    """The texture shifted by ``offset`` texels along an axis; ``fill`` stands beyond the border."""
     padding = [(abs(offset), abs(offset)) if k == axis else (0, 0) for k in range(2)]
     padded = np.pad(texture, padding, constant_values=fill)
     return np.take(padded, abs(offset) + offset + np.arange(texture.shape[axis]), axis)
 
 
 def sum_error(n: Any, model: ErrorModel) -> Any:
-    """Relative error of a sum of n terms added in any order, times a number made by a quotient and four products."""
+    """Relative error of a sum of n terms, added in any order, times a factor from a quotient and four products."""
     return ((n + 3) * model.operation * (1 + (n + 3) * model.operation) + model.quotient) * SAFETY
 
 
 def visibility_of_sum(sums: Ends, scale: float, n: Any, model: ErrorModel) -> Ends:
-    """Ends of max(0, 1 - scale sum), of n terms."""
+    """Ends of max(0, 1 - scale sum) for sums of n terms."""
     relative_error = sum_error(n, model)
     low = scale * sums[0] * (1 - relative_error)
     high = scale * sums[1] * (1 + relative_error)
@@ -222,7 +223,7 @@ def visibility_of_sum(sums: Ends, scale: float, n: Any, model: ErrorModel) -> En
 
 
 def occlusion_of_visibility(visibility: Ends, k: float, undecided: NDArray[np.int32], model: ErrorModel) -> Bounds:
-    """Bounds of 1 - A^k, A between ends, 1 but for rounding at most."""
+    """Bounds of 1 - A^k; A lies between its ends and exceeds 1 only by rounding."""
     low = 1 - _power_end(visibility[1], k, 1, model)
     high = 1 - _power_end(visibility[0], k, -1, model)
     rounding = model.operation * SAFETY
@@ -231,7 +232,7 @@ def occlusion_of_visibility(visibility: Ends, k: float, undecided: NDArray[np.in
 
 
 def _power_end(visibility: FloatArray, k: float, sign: int, model: ErrorModel) -> FloatArray:
-    """Lower (sign -1) or upper (1) ends of A^k by exp2(k log2 A), log2 off by 2^-21, below 1/2 by 3 ulp (Vulkan)."""
+    """Lower (sign -1) or upper (1) ends of exp2(k log2 A); log2 is off by 2^-21, below 1/2 by 3 ulp (Vulkan)."""
     if k == 1:
         return visibility
     constant, slope = model.exponential

@@ -1,7 +1,7 @@
 """Acceptance intervals of LF's Algorithms 1 and 2.
 
-The AO of a texel is a count of decisions ``surDepth < smp.z``. ``kernels.point_bounds`` finds which of them no
-arithmetic of a model can get wrong: k_lo are occluded for sure, k_hi may be. The division by N adds its own rounding.
+The AO of a texel counts decisions ``surDepth < smp.z``. ``kernels.point_bounds`` separates the decisions that a model's
+rounding cannot change: k_lo samples are certainly occluded, k_hi may be. The division by N adds its own rounding.
 """
 
 from typing import Any
@@ -34,12 +34,12 @@ def ao_bounds(
     turns: Texture | None = None,
     depth_error: float = 0.0,
 ) -> Bounds:
-    """Bounds of LF's Algorithm 2, or of Algorithm 1 with ``screen_to_world``: k_lo / n to k_hi / n as they may round.
+    """Bounds of LF's Algorithm 2, or of Algorithm 1 with ``screen_to_world``: k_lo / n to k_hi / n, with rounding.
 
-    Arguments are those of ``lfssao.algorithm2`` and ``lfssao.algorithm1``, textures in float32, and ``room``, the
-    relative error of depth (``image_depth``). Renderers have the numbers of the mapping and of ``screen_to_world``
-    rounded to float32, and the turns as they are; positions are not read by Algorithm 1. InputError if a shape, a
-    dtype, the radius or the model is wrong.
+    Arguments are those of ``lfssao.algorithm2`` and ``lfssao.algorithm1``, textures in float32, and ``depth_error``,
+    the relative error of depth (``image_depth``). Renderers round the numbers of the mapping and of
+    ``screen_to_world`` to float32 and use the turns as they are. Algorithm 1 does not read positions. InputError if a
+    shape, a dtype, the radius or the model is wrong.
     """
     error_model = find_model(model)
     points = sample_points(samples, radius)
@@ -56,7 +56,7 @@ def ao_bounds(
 
 
 def count_bounds(seen: Seen, points: Points, fractions: tuple[Texture, Texture], model: ErrorModel) -> Bounds:
-    """Bounds of occlusion by counts of hidden samples, from those of each count."""
+    """Bounds of occlusion from counts of hidden samples; ``fractions`` are the ends of k / n for each count k."""
     fewest = np.empty(seen.depth.shape, np.int32)
     most = np.empty(seen.depth.shape, np.int32)
     count_hidden(seen, points, model.errors, fewest, most)
@@ -72,7 +72,7 @@ def checked_view(
     turns: Texture | None = None,
     depth_error: float = 0.0,
 ) -> Seen:
-    """The arguments of ``ao_bounds``, checked as there and rounded as a renderer's are."""
+    """The arguments of ``ao_bounds``, checked, with numbers rounded as a renderer's."""
     check_single("depth", depth, 2)
     check_turns(turns, depth)
     check_radius(radius)
@@ -106,23 +106,23 @@ def checked_view(
 def distance_error(model: ErrorModel) -> float:
     """Relative error of distances along a camera's axis.
 
-    Renderers may make them of reversed depth, n f / (n + d (f - n)), of constants that are rounded, and we round once.
+    Renderers may compute n f / (n + d (f - n)) from reversed depth, with rounded constants; the reference rounds once.
     """
     return model.quotient + 6 * model.operation
 
 
 def image_depth(view: View, depth: Texture, model: ErrorModel) -> tuple[Texture, float]:
-    """Image z of a view's depth texture, and the relative error by which that of a renderer may differ.
+    """Image z of a view's depth texture, and the largest relative difference of a renderer's image z.
 
-    A renderer makes -1 / distance by a division that need not be rounded as ours, or compares distances themselves,
-    whose rounding is less.
+    A renderer divides for -1 / distance, and may round the quotient otherwise. Or it compares distances, which round
+    less.
     """
     image = view.image_z(depth)
     return image, 0.0 if image is depth or model.exact else distance_error(model) + model.quotient + 2.0**-24
 
 
 def with_depth_ends(seen: Seen, model: ErrorModel, kind: int = IMAGE) -> Seen:
-    """The same with the depths of surfaces, as ``write_depths`` makes them."""
+    """The view with the ends of its surfaces' depths (``write_depths``)."""
     low = np.empty(seen.depth.shape)
     high = np.empty(seen.depth.shape)
     write_depths(seen, kind, model.errors, low, high)
@@ -130,24 +130,24 @@ def with_depth_ends(seen: Seen, model: ErrorModel, kind: int = IMAGE) -> Seen:
 
 
 def sample_points(samples: NDArray[np.floating[Any]], radius: float) -> Points:
-    """Samples R s as kernels take them, and whether every float32 arithmetic makes exactly each of them."""
+    """Samples R s as kernels take them, each with a flag: every float32 arithmetic computes it exactly."""
     offsets = np.asarray(scaled_offsets(samples, radius, np.dtype(np.float64)), np.float64)
     table = np.asarray(samples, np.float64)
-    with np.errstate(over="ignore"):  # what float32 cannot hold is not exact
+    with np.errstate(over="ignore"):  # a number beyond float32's range is not exact
         exact = rounded_to_single(radius) == radius
         exact = exact & (rounded_to_single(table) == table) & (rounded_to_single(offsets) == offsets)
     for factor in (np.float64(radius), table):
-        exact &= (factor == 0) | (np.abs(factor) >= 2.0**-126)  # else it may be flushed
+        exact &= (factor == 0) | (np.abs(factor) >= 2.0**-126)  # smaller numbers may be flushed
     return Points(offsets, exact.all(axis=1))
 
 
 def project_positions(
     positions: FloatArray, coordinate_error: FloatArray, world_to_image: WorldToImage, model: ErrorModel
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Image points of positions (..., 3), their errors, and whether they lie in the mapping's domain for sure.
+    """Image points of positions (..., 3), their errors, and whether they certainly lie in the mapping's domain.
 
-    ``coordinate_error`` (..., 3) is how far each coordinate is off by itself; the model is not an exact one. The error
-    of u is minus infinity for a position that is outside the domain for sure.
+    ``coordinate_error`` (..., 3) is the error of each coordinate itself; the model is not an exact one. The error of u
+    is minus infinity for a position that is certainly outside the domain.
     """
     shape = positions.shape
     points = positions.reshape(-1, 3)
@@ -162,15 +162,15 @@ def project_positions(
 
 
 def rounded_to_single(numbers: Any) -> FloatArray:
-    """Numbers as a renderer has them: rounded to float32, held as float64."""
+    """Numbers as a renderer has them, rounded to float32; the array is float64."""
     return np.asarray(numbers).astype(np.float32, order="C").astype(np.float64)
 
 
 def fraction_bounds(n: int, model: ErrorModel) -> tuple[Texture, Texture]:
-    """Smallest and largest float32 that k of n samples may make, (n + 1,) each, for k = 0 to n.
+    """Smallest and largest float32 values of k / n for k = 0 to n, (n + 1,) each.
 
-    k / n is a quotient, k (1 / n), or 1 / n added k times: two roundings of 1 / n at most (``quotient`` has both), and
-    k - 1 of the sum. 0 is exact. The model is not an exact one.
+    A renderer computes a quotient, k (1 / n), or adds 1 / n k times. 1 / n rounds at most twice (``quotient`` includes
+    both), and the sum k - 1 times. 0 is exact. The model is not an exact one.
     """
     k = np.arange(n + 1)
     relative_error = model.quotient + k * model.operation * (1 + k * model.operation)

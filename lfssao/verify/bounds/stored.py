@@ -1,11 +1,11 @@
-"""Formats that textures are stored in: how their numbers are read, and the intervals of what is read.
+"""Formats of stored textures: how their numbers are read, and the intervals of the numbers after storing.
 
-Storing rounds to the format's nearest number and holds within its range, which keeps the order. So an interval's ends
-are stored as well, and it widens by half a step of the format at most. A depth of whole numbers has no infinity: its
-largest code, to which depth buffers are cleared, is no surface. Distances along a camera's axis are a depth, too.
+Storing rounds to the nearest number of the format and clamps to its range; both keep the order. So the ends of an
+interval are stored as well, and it widens by at most half a step of the format. An integer depth has no infinity: its
+largest code, to which depth buffers are cleared, means no surface. Distances along a camera's axis are a depth, too.
 
-The next pass may read the texture, or have its numbers in registers, from before they were stored, and shared memory
-may hold some of each: ``before_or_after`` has both.
+The next pass may read the stored texture or use the numbers in registers, from before they were stored. Shared memory
+may hold both kinds. ``before_or_after`` allows for either.
 """
 
 from dataclasses import dataclass, replace
@@ -18,9 +18,9 @@ from lfssao.files.srgb import code_edges, to_codes, to_linear
 from lfssao.verify.bounds.bounds import Bounds, FloatArray, Texture, down_to_single, up_to_single
 from lfssao.verify.bounds.error_model import ErrorModel
 
-LINEAR = "linear"  # a format's word: distances along the axis of a camera, whose depth is screen z
+LINEAR = "linear"  # the name of a format: distances along the axis of a camera, whose depth is screen z
 
-# Types in files, codes of 1 (0 for floats), and how far conversions may be off, relative; it decides ties, too.
+# Types in files, the code of 1 (0 for floats), and the relative error of conversions, which covers ties, too.
 FORMATS: dict[str, tuple[type[np.generic], int, float]] = {
     "float": (np.float32, 0, 0.0),
     "half": (np.float16, 0, 2.0**-30),
@@ -32,7 +32,7 @@ FORMATS: dict[str, tuple[type[np.generic], int, float]] = {
 
 @dataclass(frozen=True)
 class TextureFormat:
-    """How a renderer stores a texture: its format, whether it is 1 - occlusion, a depth, or distances."""
+    """The format of a stored texture, and whether it holds 1 - occlusion, a depth, or distances."""
 
     format: str
     visibility: bool = False
@@ -44,7 +44,7 @@ class TextureFormat:
         return ", ".join(["1 - visibility"] * self.visibility + [LINEAR] * self.linear + stored)
 
     def read(self, codes: NDArray[Any]) -> Texture:
-        """The float32 values that a texture unit reads, as occlusion; float32 ones were read before."""
+        """The float32 values that a texture unit reads from codes, as occlusion; float32 codes are values already."""
         _, largest, _ = FORMATS[self.format]
         with np.errstate(invalid="ignore"):  # of a NaN that signals
             values = codes.astype(np.float64) / (largest if largest and codes.dtype.kind == "u" else 1)
@@ -53,22 +53,22 @@ class TextureFormat:
         return np.float32(1) - single if self.visibility else single
 
     def round_trip(self, texture: Texture) -> Texture:
-        """The values that are read of a texture, float32, after it was stored."""
+        """The float32 values that are read after a texture is stored."""
         values = texture.astype(np.float64)
         single = self._nearest(1 - values if self.visibility else values).astype(np.float32)
         return np.float32(1) - single if self.visibility else single
 
     def bounds(self, bounds: Bounds, model: ErrorModel) -> Bounds:
-        """Bounds of what is read of values within bounds; as visibility they are rounded once more."""
+        """Bounds after storing, for values within bounds; visibility rounds once more."""
         lower, upper = self.ends(bounds.lower, bounds.upper, model)
         ranges = None if bounds.ranges is None else self.ends(*bounds.ranges, model)
         return replace(bounds, lower=lower, upper=upper, ranges=ranges)
 
     def before_or_after(self, bounds: Bounds, model: ErrorModel, read: Texture | None = None) -> Bounds:
-        """Bounds of values before or after storing: of all within bounds, or of those alone of which ``read`` was read.
+        """Bounds before or after storing, for values within bounds; with ``read``, for those that are stored as it.
 
-        Values are wrong before they are stored if none within bounds is stored as what is read. Then all that are
-        stored so count, but none beyond the format's range.
+        A texture is wrong before storing if no value within bounds is stored as ``read``. Then all values that are
+        stored as ``read`` count, but none beyond the format's range.
         """
         lower = bounds.lower
         upper = bounds.upper
@@ -83,10 +83,10 @@ class TextureFormat:
         return Bounds(np.minimum(lower, low), np.maximum(upper, high))
 
     def _stored_from(self, read: Texture, model: ErrorModel) -> tuple[Texture, Texture]:
-        """Smallest and largest values that may be stored as what is read, infinite at the ends of the format's range.
+        """Smallest and largest values that may be stored as ``read``; infinite at the ends of the format's range.
 
-        That is ``ends`` backwards: a value is moved by its conversion and then rounded. 1 - what is read is off by the
-        rounding of a float32 number near 1.
+        This inverts ``ends``: the conversion changes a value, which then rounds. 1 - ``read`` is off by the rounding of
+        a float32 number near 1.
         """
         values = read.astype(np.float64)
         conversion_error = FORMATS[self.format][2]
@@ -102,7 +102,7 @@ class TextureFormat:
         return up_to_single(low), down_to_single(high)
 
     def _rounding_interval(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The ends between which a value has the same nearest number of the format."""
+        """The ends of the values whose nearest number of the format is the same."""
         _, largest, _ = FORMATS[self.format]
         if self.format == "float":
             return values, values
@@ -124,7 +124,7 @@ class TextureFormat:
         return np.where(nearest > -np.inf, low, -np.inf), np.where(nearest < np.inf, high, np.inf)
 
     def half_steps(self, depth: Texture) -> FloatArray:
-        """How far each depth may have been from what is read of it."""
+        """The largest distance of each depth from its stored value: half a step of the format."""
         dtype, largest, _ = FORMATS[self.format]
         with np.errstate(invalid="ignore", over="ignore"):  # infinity has no neighbours
             steps = np.abs(np.spacing(depth.astype(dtype))) if not largest else np.full(depth.shape, 1 / largest)
@@ -132,17 +132,17 @@ class TextureFormat:
 
     @property
     def has_codes(self) -> bool:
-        """Whether numbers are stored as whole numbers of steps."""
+        """Whether values are stored as codes of equal steps."""
         return FORMATS[self.format][1] > 0 and self.format != "srgb8"
 
     def ends(
         self, lower: NDArray[Any], upper: NDArray[Any], model: ErrorModel, floor: bool = False
     ) -> tuple[Texture, Texture]:
-        """Smallest and largest of what is read of values between two, of any shape; ``floor`` cuts codes."""
+        """Smallest and largest stored values for an interval, of any shape; ``floor`` truncates codes."""
         low = lower.astype(np.float64)
         high = upper.astype(np.float64)
         conversion_error = FORMATS[self.format][2]
-        # Visibility is made by a subtraction, or as (N - k) / N.
+        # Visibility is a difference, or (N - k) / N.
         complement_error = 0.0 if model.exact or not self.visibility else model.quotient
         low, high = (1 - high, 1 - low) if self.visibility else (low, high)
         ends = []
@@ -170,5 +170,5 @@ class TextureFormat:
 
 
 def _widened(values: FloatArray, share: float) -> FloatArray:
-    """Finite values, more by a part of their size."""
+    """The values plus a share of their size; infinite values stay."""
     return values + share * np.abs(values, where=np.isfinite(values), out=np.zeros_like(values))

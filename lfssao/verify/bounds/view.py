@@ -1,9 +1,9 @@
-"""Bounds of the textures of a view, each made of what the renderer itself made before it.
+"""Bounds of the textures of a view, each computed from the renderer's own textures of earlier passes.
 
-Bounds of depth and colour come from the mesh. Without it the reference's textures stand in for it, and
-``depth.outlier_limit`` texels may leave these bounds. The next pass may be made of a texture before or after it is
-``stored`` in a format. The blur with a guard band reads texels that merged lacks: these are bounded from depth on, or
-unknown where the renderer's own merged texture leaves such bounds.
+Bounds of depth and colour come from the mesh. Without a mesh they are estimated from the reference's textures, and
+``depth.outlier_limit`` texels may be outside. The next pass may read a texture from before or after it is ``stored`` in
+a format. The blur with a guard band reads texels outside the merged texture. Their bounds are computed from depth on,
+or are 0 to 1 where the renderer's merged texture is wrong.
 """
 
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ from lfssao.verify.case import (
 
 
 def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
-    """Bounds of occlusion of radius R by the parameters' estimator, guard band included; None where none are known."""
+    """Bounds of the occlusion of radius R, guard band included; None where none are known."""
     mapping = described_mapping(parameters)
     name = parameters.get("estimator", "lf")
     depth = inputs.get("depth")
@@ -58,7 +58,7 @@ def occlusion_bounds(parameters: Parameters, inputs: Arrays, radius: float, mode
 
 
 def bent_normal_bounds(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Bounds | None:
-    """Bounds of bent normals as of ``occlusion_bounds``, (H, W, 3)."""
+    """Bounds of bent normals, (H, W, 3), with the arguments of ``occlusion_bounds``."""
     if model.exact or not {"depth", "positions"} <= set(inputs):
         return None
     from lfssao.verify.bounds.bent import bent_bounds  # late: few ask for them
@@ -67,7 +67,7 @@ def bent_normal_bounds(parameters: Parameters, inputs: Arrays, radius: float, mo
 
 
 def described_problem(parameters: Parameters, inputs: Arrays, radius: float, model: ErrorModel) -> Problem:
-    """The arguments of bounds of an estimator but ``lf`` at radius R, by parameters and inputs of a view."""
+    """The arguments of an estimator's bounds, from a view's parameters and inputs; the estimator is not ``lf``."""
     seen = described_buffers(parameters, inputs)
     options = described_options(parameters, radius)
     points = inputs.get("points")
@@ -76,12 +76,12 @@ def described_problem(parameters: Parameters, inputs: Arrays, radius: float, mod
 
 
 class ViewBounds:
-    """Bounds of the textures of a view, made when they are first asked for.
+    """Bounds of the textures of a view, computed when they are first needed.
 
-    Parameters hold ``radii``, ``sigma``, ``guard``, ``mapping`` and what occlusion is made with; inputs are depth,
-    positions, normals, samples and the image that AO is multiplied into, the guard band included. ``own`` are a
-    renderer's textures, which later ones are made of, ``right`` the reference's, where no bounds are known,
-    ``mesh`` bounds of depth and colour from the mesh, and ``stored`` how a renderer stores some textures.
+    Parameters hold ``radii``, ``sigma``, ``guard``, ``mapping`` and the arguments of the estimator. Inputs are depth,
+    positions, normals, samples and the image that AO is multiplied into, the guard band included. Later passes read
+    ``rendered``, a renderer's textures, or ``reference``, the reference's, where no bounds are known. ``mesh_bounds``
+    are bounds of depth and colour from the mesh, ``formats`` the formats of stored textures.
     """
 
     def __init__(
@@ -105,11 +105,11 @@ class ViewBounds:
         radii = dict(enumerate(parameters["radii"], start=1))
         self._radii = {f"ao_{k}": radius for k, radius in radii.items()}
         self._bent = {f"bent_{k}": radius for k, radius in radii.items()}
-        # Occlusion of one radius, by the layer's name, guard band included.
+        # Bounds of the occlusion of one radius, by the layer's name, guard band included.
         self._layer_bounds = cache(lambda name: occlusion_bounds(parameters, inputs, self._radii[name], model))
 
     def find(self, name: str) -> Bounds | PositionBounds | None:
-        """Bounds of a texture; None where only equal values are right. InputError if parameters do not fit textures."""
+        """Bounds of a texture; None if only equal values are right. InputError if parameters do not match textures."""
         if name == "depth":
             return self._mesh_bounds.get(name) or texture_depth_bounds(self._reference[name], self._model)
         if name == "color":
@@ -130,7 +130,7 @@ class ViewBounds:
         return PositionBounds(described_mapping(self._parameters), image, self._model, depth_error=depth_error)
 
     def _stage(self, name: str) -> Bounds | None:
-        """Bounds of a texture of the later passes."""
+        """Bounds of a texture of the passes after the G-buffer."""
         if name in self._radii:
             layer = self._layer_bounds(name)
             return None if layer is None else layer.crop(self._guard)
@@ -152,7 +152,7 @@ class ViewBounds:
         return shade_bounds(image_bounds.crop(self._guard), blurred, self._model)
 
     def _blurred(self) -> Bounds | None:
-        """The blur of the merged texture, or with a guard band of the layers that include it."""
+        """Bounds of the blur of the merged texture, or with a guard band of the layers that include it."""
         sigma = self._parameters["sigma"]
         if self._guard == 0:
             merged = self._input_bounds("merged")
@@ -167,7 +167,7 @@ class ViewBounds:
         return blur_bounds(whole, sigma, self._model).crop(self._guard)
 
     def _with_guard_band(self, rendered: Texture, whole: Bounds) -> Bounds:
-        """The renderer's own merged texture, and bounds of it in the guard band."""
+        """The renderer's merged texture with the bounds of the guard band around it."""
         inside = (slice(self._guard, -self._guard),) * 2
         wrong = whole.crop(self._guard).outside(rendered).any()
         lower = np.array(whole.lower)
@@ -179,7 +179,7 @@ class ViewBounds:
         return replace(whole, lower=lower, upper=upper)
 
     def _input_bounds(self, name: str) -> Bounds | None:
-        """The input of the next pass: the renderer's own texture, or all that its bounds allow."""
+        """Bounds of the input of the next pass: the renderer's own texture, or its bounds if it has none."""
         rendered = self._rendered.get(name)
         if rendered is not None and name not in self._formats:
             return exact_bounds(rendered)
@@ -188,13 +188,13 @@ class ViewBounds:
         return self._stored_bounds(name, bounds, rendered)
 
     def _stored_bounds(self, name: str, bounds: Bounds | None, rendered: Texture | None = None) -> Bounds | None:
-        """Bounds of a texture, the renderer's own if it is given, before and after the renderer stores it."""
+        """Bounds of a texture before or after it is stored; ``rendered`` is the renderer's own, if there is one."""
         if bounds is None or name not in self._formats:
             return bounds
         return self._formats[name].before_or_after(bounds, self._model, rendered)
 
 
 def _merged(layers: list[Bounds | None]) -> Bounds | None:
-    """Bounds of the maximum of layers; None where those of one are not known."""
+    """Bounds of the maximum of layers; None if one layer's bounds are not known."""
     bounds = [layer for layer in layers if layer is not None]
     return merge_bounds(bounds) if len(bounds) == len(layers) else None

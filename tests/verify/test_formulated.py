@@ -62,9 +62,10 @@ def test_at_texels_the_bits_are_those_of_the_kernels(name, look_ups, kind):
     options = estimator.parameters | look_ups | ({"second": 0.5} if "second" in estimator.parameters else {})
     columns = np.arange(buffers.depth.size) % view.width
     problem = Formulated(
-        mine=rows, columns=columns, rows=rows, room=0 * rows, off=0 * rows, estimator=estimator, buffers=buffers,
-        radius=0.3, points=given[0], weights=given[1], options=options, sight=sight_of(view, None, None), others={},
-        centre=None, sampling={}, rotation="hash", seed=0, bounded=True, look_ups=estimator.options(**options),
+        mine=rows, columns=columns, rows=rows, interval_width=0 * rows, excess=0 * rows, estimator=estimator,
+        buffers=buffers, radius=0.3, points=given[0], weights=given[1], options=options,
+        sight=sight_of(view, None, None), others={},
+        centre=None, sampling={}, rotation="hash", seed=0, has_interval=True, look_ups=estimator.options(**options),
     )  # fmt: skip
     right = estimate(name, buffers, 0.3, *given, **options).texture.ravel()
     assert np.count_nonzero(right) > 60

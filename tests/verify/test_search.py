@@ -32,7 +32,7 @@ class Line(Problem):
 
 def sample(mine, **fields):
     places = np.arange(len(RIGHT))
-    problem = Line(mine=mine, columns=places, rows=0 * places, room=0 * RIGHT, off=0 * RIGHT, **fields)
+    problem = Line(mine=mine, columns=places, rows=0 * places, interval_width=0 * RIGHT, excess=0 * RIGHT, **fields)
     low, high = problem.interval()
     wrong = (mine < low) | (mine > high)
     return Sample(problem, wrong, np.full(len(RIGHT), 1 / len(RIGHT)), int(wrong.sum()), np.arange(len(RIGHT)))

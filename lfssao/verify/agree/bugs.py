@@ -14,7 +14,7 @@ from lfssao.verify.agree.views import RenderedView, Renderer
 from lfssao.verify.compare.causes import Cause, causes_of
 from lfssao.verify.compare.layers import is_occlusion, stage_order
 from lfssao.verify.compare.result import Result
-from lfssao.verify.diagnosis.change import ALIKE
+from lfssao.verify.diagnosis.change import SUM_TOLERANCE
 from lfssao.verify.verdict import Verdict
 
 _FEW = 3  # views that are named
@@ -82,7 +82,7 @@ def _is_wrong(result: Result) -> bool:
     """Whether a texture is outside its interval, or, where none is known, off by more than another order of sums."""
     if result.verdict is Verdict.DIFFERENT and result.metrics is not None:
         figures = result.metrics
-        return figures.max_error > ALIKE or figures.nan_mismatches + figures.infinity_mismatches > 0
+        return figures.max_error > SUM_TOLERANCE or figures.nan_mismatches + figures.infinity_mismatches > 0
     return result.verdict is Verdict.OUTSIDE
 
 

@@ -22,7 +22,7 @@ Values = tuple[float, ...]
 Function = Callable[[FloatArray], FloatArray]
 
 
-ALIKE = 2e-5  # by which another renderer's sums in float32 are off
+SUM_TOLERANCE = 2e-5  # by which another renderer's sums in float32 are off
 OUTSIDE = "samples outside the texture"  # begins the names of changes of the border
 # Rules by which a texel inside stands for one outside.
 INSIDE = {
@@ -33,7 +33,7 @@ INSIDE = {
 }
 
 
-def hold(places: Places, size: int, border: str) -> Places:
+def apply_border(places: Places, size: int, border: str) -> Places:
     """Columns or rows inside 0 to size - 1 for any, by a rule of ``INSIDE``; by any other rule those of 'clamp'."""
     rule = INSIDE.get(border, look_up.CLAMP)
     # The rule of nearly all look-ups, by one function of NumPy in place of two.
@@ -52,8 +52,8 @@ class Problem:
     mine: FloatArray  # (K,) or (K, C)
     columns: Places  # (K,)
     rows: Places
-    room: FloatArray  # width of the reference's interval, of the shape of ``mine``
-    off: FloatArray  # how far each number is outside of what it was judged by
+    interval_width: FloatArray  # width of the reference's interval, of the shape of ``mine``
+    excess: FloatArray  # how far each number is outside of what it was judged by
     cost: int = 16  # work that a texel makes, such as its number of samples or taps
     value: Function = np.asarray  # applied to the right values; monotone
     store: Callable[[FloatArray, FloatArray], Any] | None = None  # makes an interval that of what is read, if stored
@@ -61,12 +61,12 @@ class Problem:
     # ``flipped(across, down)``: the same numbers held against the texels from the right, or from below
     flipped: Callable[[bool, bool], Any] | None = None
     # Other views' values at the same texels, of the shape of ``mine``, by the view
-    elsewhere: Callable[[], Mapping[str, FloatArray]] = dict
-    given: FloatArray | None = None  # values of the shape of ``mine`` that are right in place of those made
+    other_views: Callable[[], Mapping[str, FloatArray]] = dict
+    replacement: FloatArray | None = None  # values of the shape of ``mine`` that are right in place of those made
     whole: ClassVar[bool] = False  # whether each trial makes a whole texture
     counts: ClassVar[bool] = False  # whether values are counts, which have steps
     # Cached properties, and the fields that they do not depend on.
-    kept: ClassVar[Mapping[str, frozenset[str]]] = {}
+    independent_fields: ClassVar[Mapping[str, frozenset[str]]] = {}
 
     def changes(self) -> "list[Change]":
         """All changes that are tried."""
@@ -82,24 +82,28 @@ class Problem:
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """Smallest and largest values that are right."""
-        ends = self.ends() if self.given is None else (self.given - ALIKE, self.given + ALIKE)
-        one, other = (self.value(end) for end in ends)
-        return np.minimum(one, other), np.maximum(one, other)
+        ends = (
+            self.ends()
+            if self.replacement is None
+            else (self.replacement - SUM_TOLERANCE, self.replacement + SUM_TOLERANCE)
+        )
+        first, second = (self.value(end) for end in ends)
+        return np.minimum(first, second), np.maximum(first, second)
 
     def seen_by(self, sight: Any) -> "Problem | None":
         """The problem of a renderer that sees the scene otherwise; None if it does not depend on that."""
         return None
 
-    def leaves(self) -> Flags:
+    def leaves_texture(self) -> Flags:
         """Whether a sample of each texel may leave the texture, (K,)."""
         return np.zeros(len(self.columns), np.bool_)
 
     def changed(self, **fields: Any) -> Self:
         """A copy with other fields, which keeps what does not depend on them."""
-        made = object.__new__(type(self))
-        lost = [name for name, harmless in self.kept.items() if not harmless.issuperset(fields)]
-        made.__dict__.update({name: value for name, value in self.__dict__.items() if name not in lost} | fields)
-        return made
+        copy = object.__new__(type(self))
+        outdated = [name for name, independent in self.independent_fields.items() if not independent.issuperset(fields)]
+        copy.__dict__.update({name: value for name, value in self.__dict__.items() if name not in outdated} | fields)
+        return copy
 
     def then(self, function: Function) -> Self:
         """A copy with a function of its right values."""
@@ -195,11 +199,11 @@ def scaled(kind: str, apply: Callable[[Any, float], Any], axis: Axis = FACTOR, w
 
 def shifts(apply: Callable[[Any, float, float], Any]) -> list[Change]:
     """Shifts by texels along u, along v and along both."""
-    one, both, words = Axis(3e-4, 6.0, signed=False), Axis(0.01, 6.0, number=5, signed=False), "shifted by {} texels"
+    axis, coarse, words = Axis(3e-4, 6.0, signed=False), Axis(0.01, 6.0, number=5, signed=False), "shifted by {} texels"
     return [
-        Change("shift of u", lambda p, s: apply(p, s[0], 0.0), f"u {words}", (one,)),
-        Change("shift of v", lambda p, s: apply(p, 0.0, s[0]), f"v {words}", (one,)),
-        Change("shift of u and v", lambda p, s: apply(p, *s), "u and v shifted by {} and {} texels", (both, both)),
+        Change("shift of u", lambda p, s: apply(p, s[0], 0.0), f"u {words}", (axis,)),
+        Change("shift of v", lambda p, s: apply(p, 0.0, s[0]), f"v {words}", (axis,)),
+        Change("shift of u and v", lambda p, s: apply(p, *s), "u and v shifted by {} and {} texels", (coarse, coarse)),
     ]
 
 

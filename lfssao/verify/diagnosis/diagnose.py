@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lfssao.verify.diagnosis.change import OUTSIDE, Candidate, Change, Places, percent
-from lfssao.verify.diagnosis.estimated import ROOM, Estimated
+from lfssao.verify.diagnosis.estimated import TOLERANCE, Estimated
 from lfssao.verify.diagnosis.problems import Texture
 from lfssao.verify.diagnosis.search import DECIDED, FEWEST, NEAR, ROUGH, Sample, Search, Trial, pair
 from lfssao.verify.verdict import Flags, Verdict, texels
@@ -18,11 +18,11 @@ _POLISHED = 1_200_000  # samples or taps of the texels that the best change's va
 _MOST = 640_000  # samples or taps that shares are counted over
 _FEW, _ALL = 250, 5_000_000  # with fewer wrong texels so many samples or taps are: each texel made wrong counts
 _NARROW = 1.2  # factor within which values are made good
-_WIDER, _OFTEN = 2.0, 6  # the same of few wrong texels, and how often: their values may be far off
+_WIDER, _REPEATS = 2.0, 6  # the same of few wrong texels, and how often: their values may be far off
 _FEWEST = 2_000  # texels
 _LIKELY = 0.8  # share of the wrong texels that a change explains whose values are then made good
-_SOME = 0.1  # share of the wrong texels that a change decides which explains other textures
-_TOLD = 4  # changes that explain a texture, of which other textures may tell the right one
+_DECIDED_AGAIN = 0.1  # share of the wrong texels that a change decides which explains other textures
+_MOST_CANDIDATES = 4  # changes that explain a texture, of which other textures may tell the right one
 _INNER = 0.1  # share of the wrong texels whose samples all stay inside, at least, to be explained by themselves
 
 
@@ -47,89 +47,90 @@ class Diagnosis:
         if not self.wrong:
             hint = self.candidates[0].hint
             return f"{self.candidates[0].words} in {module}, whose surface is right{hint and f': {hint}'}"
-        before = f"{self.background}; " if self.background else ""
+        prefix = f"{self.background}; " if self.background else ""
         if self.wrong < FEWEST:
             few = "texel is" if self.wrong == 1 else "texels are"
-            return f"{before}{self.wrong} wrong {few} too few to tell a cause in {module}"
+            return f"{prefix}{self.wrong} wrong {few} too few to tell a cause in {module}"
         if not self.candidates:
             share = f"(best {percent(max(self.nearest, 0.0))} of {self.wrong} wrong texels)"
-            return f"{before}no setting of {self.subject} comes near {module} {share}"
+            return f"{prefix}no setting of {self.subject} comes near {module} {share}"
         best, number = self.candidates[0], f"the {self.wrong} wrong texels of {module}"
         if not self.fits:
-            found = f"the nearest, {best.words}, explains {percent(best.explained)}"
-            return f"{before}no change that was tried explains {number}; {found}"
+            nearest = f"the nearest, {best.words}, explains {percent(best.explained)}"
+            return f"{prefix}no change that was tried explains {number}; {nearest}"
         decided = "all" if best.decided == 1 else percent(best.decided)
         which = "".join(f", or {other.words}," for other in self.candidates[1 : self.equal])
-        told = f"{best.words}{which} explains {percent(best.explained)} of {number} and decides {decided}"
+        explanation = f"{best.words}{which} explains {percent(best.explained)} of {number} and decides {decided}"
         rest = f" (without {self.left_out} of which a sample leaves the texture)" if self.left_out else ""
-        return f"{before}{told}{rest}{best.hint and f': {best.hint}'}"
+        return f"{prefix}{explanation}{rest}{best.hint and f': {best.hint}'}"
 
 
-def _spread(places: Places, most: int) -> Places:
+def _spread_evenly(places: Places, most: int) -> Places:
     """At most so many of the places, spread evenly."""
     chosen = np.linspace(0, len(places) - 1, min(most, len(places))).astype(np.int64)
     return np.asarray(places[chosen])
 
 
 @dataclass(frozen=True, eq=False)
-class _Draw:
+class _Sampler:
     """The wrong texels of a texture and others, of which samples are drawn."""
 
     texture: "WrongTexture"
-    bad: Places
-    good: Places
+    wrong: Places
+    right: Places
     cost: int  # work that a texel makes
 
     @property
-    def few(self) -> bool:
+    def has_few_wrong(self) -> bool:
         """Whether so few are wrong that each of the others counts."""
-        return len(self.bad) < _FEW
+        return len(self.wrong) < _FEW
 
     @property
-    def most(self) -> int:
+    def most_polished(self) -> int:
         """Number of changes whose values are made good: of few wrong texels that is soon done."""
-        return _TOLD if self.few else 2
+        return _MOST_CANDIDATES if self.has_few_wrong else 2
 
-    def _of(self, wrong: Places, right: Places) -> Sample:
+    def _sample(self, wrong: Places, right: Places) -> Sample:
         """A sample of such texels, each with the weight of those that it stands for."""
         places, weights = np.concatenate([wrong, right]), []
-        for some, all_ in ((wrong, self.bad), (right, self.good)):
-            weights.append(np.full(len(some), len(all_) / max(len(some), 1) / (len(self.bad) + len(self.good))))
+        for drawn, represented in ((wrong, self.wrong), (right, self.right)):
+            weight = len(represented) / max(len(drawn), 1) / (len(self.wrong) + len(self.right))
+            weights.append(np.full(len(drawn), weight))
         problem = self.texture.problem(places)
         assert problem is not None
         flags = np.arange(len(places)) < len(wrong)
-        return Sample(problem, flags, np.concatenate(weights), len(self.bad), places)
+        return Sample(problem, flags, np.concatenate(weights), len(self.wrong), places)
 
-    def drawn(self, most: int) -> Sample:
+    def random_sample(self, most: int) -> Sample:
         """A sample of texels, up to half of them wrong ones."""
-        wrong = _spread(self.bad, most // 2)
-        return self._of(wrong, _spread(self.good, most - len(wrong)))
+        wrong = _spread_evenly(self.wrong, most // 2)
+        return self._sample(wrong, _spread_evenly(self.right, most - len(wrong)))
 
-    def counted(self) -> Sample:
+    def counted_sample(self) -> Sample:
         """The texels that shares are counted over."""
-        made = self.drawn(max((_ALL if self.few else _MOST) // self.cost, _FEWEST))
-        return replace(made, problem=made.problem.changed(model=self.texture.model))
+        sample = self.random_sample(max((_ALL if self.has_few_wrong else _MOST) // self.cost, _FEWEST))
+        return replace(sample, problem=sample.problem.changed(model=self.texture.model))
 
-    def polishing(self, counted: Sample) -> Sample:
+    def polishing_sample(self, counted: Sample) -> Sample:
         """Texels on which values of counts are made good: these have steps, and few texels leave them open."""
-        made = counted if self.few else self.drawn(max(_POLISHED // self.cost, _FEWEST))
-        return replace(made, problem=made.problem.changed(model=None), undecided=0.0)
+        sample = counted if self.has_few_wrong else self.random_sample(max(_POLISHED // self.cost, _FEWEST))
+        return replace(sample, problem=sample.problem.changed(model=None), undecided=0.0)
 
-    def made_good(self, trial: Trial, sample: Sample) -> Trial:
+    def polish(self, trial: Trial, sample: Sample) -> Trial:
         """A trial on a sample with values made good: of few wrong texels on those that turn at values near them."""
-        near = sample
-        if self.few:
-            wide = tuple(_WIDER * step for step in trial.steps)
-            turned = sample.outside(trial.change, trial.steps) | sample.outside(trial.change, wide)
-            near = replace(self._of(self.bad, sample.places[turned & ~sample.wrong]), undecided=0.0)
-        best = near.trial(trial.change, trial.steps)
-        for _ in range(_OFTEN if self.few else 0):
-            wider = near.refined(best, _WIDER, ROUGH)
+        nearby = sample
+        if self.has_few_wrong:
+            wide_steps = tuple(_WIDER * step for step in trial.steps)
+            sensitive = sample.outside(trial.change, trial.steps) | sample.outside(trial.change, wide_steps)
+            nearby = replace(self._sample(self.wrong, sample.places[sensitive & ~sample.wrong]), undecided=0.0)
+        best = nearby.trial(trial.change, trial.steps)
+        for _ in range(_REPEATS if self.has_few_wrong else 0):
+            wider = nearby.refined(best, _WIDER, ROUGH)
             if 1 / _NARROW < wider.size / best.size < _NARROW:
                 break
             best = wider
-        best = near.refined(best, _NARROW)
-        return sample.trial(best.change, near.centred(best).steps)
+        best = nearby.refined(best, _NARROW)
+        return sample.trial(best.change, nearby.centred(best).steps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +144,7 @@ class WrongTexture(Texture):
         """Texels that are wrong; of occlusion without a known interval those that are off by more than rounding."""
         wrong = texels(self.judged.outside)
         if self.judged.verdict is Verdict.DIFFERENT and self.name in self.layers:
-            wrong = wrong & ~(np.abs(self.mine - self.case.outputs[self.name]) <= ROOM)
+            wrong = wrong & ~(np.abs(self.mine - self.case.outputs[self.name]) <= TOLERANCE)
         return wrong
 
     @np.errstate(all="ignore")  # a broken texture may hold any numbers
@@ -153,100 +154,103 @@ class WrongTexture(Texture):
         Known candidates, of other textures, are tried first; without ``search`` nothing else is.
         """
         depth, wrong = self.inputs.get("depth"), self._wrong
-        seen = np.True_ if depth is None else np.isfinite(self.cropped(depth))
-        bad, good = np.flatnonzero(wrong & seen), np.flatnonzero(~wrong & seen)
-        if len(bad) == 0 and self.background is not None:
-            return Diagnosis(True, (self.background,), 1, 1.0, len(good), 0)
-        found = self._surface(bad, good, known, search)
-        if found is None or self.background is None:
-            return found
-        return replace(found, background=f"{self.background.words}: {self.background.hint}".removesuffix(": "))
+        has_surface = np.True_ if depth is None else np.isfinite(self.cropped(depth))
+        wrong_places, right_places = np.flatnonzero(wrong & has_surface), np.flatnonzero(~wrong & has_surface)
+        if len(wrong_places) == 0 and self.background is not None:
+            return Diagnosis(True, (self.background,), 1, 1.0, len(right_places), 0)
+        diagnosis = self._diagnose_surface(wrong_places, right_places, known, search)
+        if diagnosis is None or self.background is None:
+            return diagnosis
+        return replace(diagnosis, background=f"{self.background.words}: {self.background.hint}".removesuffix(": "))
 
-    def _surface(self, bad: Places, good: Places, known: Sequence[Candidate], search: bool) -> Diagnosis | None:
+    def _diagnose_surface(
+        self, wrong: Places, right: Places, known: Sequence[Candidate], search: bool
+    ) -> Diagnosis | None:
         """The diagnosis of the wrong texels that see a surface, and of others."""
-        problem = self.problem(bad[:1]) if len(bad) else None
+        problem = self.problem(wrong[:1]) if len(wrong) else None
         if problem is None:
             return None
-        if len(bad) < FEWEST:
-            return Diagnosis(False, (), 0, len(good) / (len(good) + len(bad)), len(good) + len(bad), len(bad))
+        if len(wrong) < FEWEST:
+            return Diagnosis(False, (), 0, len(right) / (len(right) + len(wrong)), len(right) + len(wrong), len(wrong))
         cost = problem.cost
-        same = self._explained(bad, good, cost, known, False) if known else None
-        if same is not None and same.fits:
-            return same
-        inner, others = bad[~self._leaving(bad)], good[~self._leaving(good)]
-        if len(inner) < max(FEWEST, _INNER * len(bad)) or len(inner) == len(bad):
-            return self._explained(bad, good, cost, known, search)
+        again = self._diagnose_texels(wrong, right, cost, known, False) if known else None
+        if again is not None and again.fits:
+            return again
+        inner_wrong, inner_right = wrong[~self._leaves_texture(wrong)], right[~self._leaves_texture(right)]
+        if len(inner_wrong) < max(FEWEST, _INNER * len(wrong)) or len(inner_wrong) == len(wrong):
+            return self._diagnose_texels(wrong, right, cost, known, search)
         # Samples that leave the texture may be a fault of their own: the others are explained before them.
-        found = self._explained(inner, others, cost, known, search)
-        if found is None or not found.fits:
-            return found and replace(found, left_out=len(bad) - len(inner))
-        whole = self._explained(bad, good, cost, found.candidates, False, borders=True)
-        return replace(found, left_out=len(bad) - len(inner)) if whole is None else whole
+        diagnosis = self._diagnose_texels(inner_wrong, inner_right, cost, known, search)
+        if diagnosis is None or not diagnosis.fits:
+            return diagnosis and replace(diagnosis, left_out=len(wrong) - len(inner_wrong))
+        whole = self._diagnose_texels(wrong, right, cost, diagnosis.candidates, False, borders=True)
+        return replace(diagnosis, left_out=len(wrong) - len(inner_wrong)) if whole is None else whole
 
-    def _leaving(self, places: Places) -> Flags:
+    def _leaves_texture(self, places: Places) -> Flags:
         """Whether a sample of a texel may leave the texture."""
         problem = self.problem(places)
         assert problem is not None
-        return problem.leaves()
+        return problem.leaves_texture()
 
-    def _explained(
-        self, bad: Places, good: Places, cost: int, known: Sequence[Candidate], search: bool, borders: bool = False
+    def _diagnose_texels(
+        self, wrong: Places, right: Places, cost: int, known: Sequence[Candidate], search: bool, borders: bool = False
     ) -> Diagnosis | None:
         """The diagnosis of wrong texels among others; ``borders``: known changes with a fault of the border as well."""
-        draw = _Draw(self, bad, good, cost)
-        counted = draw.counted()
-        small, large = draw.drawn(_TRIED), draw.drawn(_SEARCHED)
+        sampler = _Sampler(self, wrong, right, cost)
+        counted = sampler.counted_sample()
+        small, large = sampler.random_sample(_TRIED), sampler.random_sample(_SEARCHED)
         # A run makes a whole texture however few texels are asked for; by few of hbao's another radius is overlooked.
-        tiny = small if isinstance(small.problem, Estimated) else draw.drawn(_SCREENED)
+        tiny = small if isinstance(small.problem, Estimated) else sampler.random_sample(_SCREENED)
         changes = small.problem.changes()
         by_kind = {change.kind: change for change in changes}
-        if any(each.kind not in by_kind for each in known):
+        if any(candidate.kind not in by_kind for candidate in known):
             by_kind |= {change.kind: change for change in small.problem.solved(small.wrong)}
-        told = (self._again(each, by_kind, large, counted) for each in known)
-        best = next((trial for trial in told if trial is not None), None)
+        retried = (self._retry(candidate, by_kind, large, counted) for candidate in known)
+        best = next((trial for trial in retried if trial is not None), None)
         if best is None and borders:
             best = self._with_border(known[0], by_kind, counted)
         if best is None and not search:
             return None
-        search_of = Search(tiny, small, large, changes)
-        found = [best] if best is not None else self._searched(search_of, draw, counted)
-        tried = [best] if best is not None else [counted.trial(t.change, t.steps) for t in found[:_TOLD]]
-        share = (1.0 - counted.before, len(counted.weights), len(bad))
+        search_changes = Search(tiny, small, large, changes)
+        trials = [best] if best is not None else self._searched(search_changes, sampler, counted)
+        tried = [best] if best is not None else [counted.trial(t.change, t.steps) for t in trials[:_MOST_CANDIDATES]]
+        statistics = (1.0 - counted.before, len(counted.weights), len(wrong))
         subject = self.case.parameters["estimator"] if self.name in self.layers else f"the reference's {self.name}"
-        least = DECIDED if best is None or not best.change.shared else _SOME
-        if tried and counted.fits(tried[0], least):
-            fitting = [trial for trial in tried if counted.fits(trial, least)]
+        least_decided = DECIDED if best is None or not best.change.shared else _DECIDED_AGAIN
+        if tried and counted.fits(tried[0], least_decided):
+            fitting = [trial for trial in tried if counted.fits(trial, least_decided)]
             fitting.sort(key=lambda trial: not counted.equals(trial, tried[0]))
             equal = sum(counted.equals(trial, tried[0]) for trial in fitting)
-            return Diagnosis(True, tuple(map(self._candidate, fitting)), equal, *share, subject=subject)
+            return Diagnosis(True, tuple(map(self._candidate, fitting)), equal, *statistics, subject=subject)
         gains = [counted.gain(trial) for trial in tried[:2]]
-        near = tuple(self._candidate(t) for t, gain in zip(tried, gains, strict=False) if gain >= NEAR)
-        return Diagnosis(False, near, 0, *share, max(gains, default=0.0), subject=subject)
+        nearest = tuple(self._candidate(t) for t, gain in zip(tried, gains, strict=False) if gain >= NEAR)
+        return Diagnosis(False, nearest, 0, *statistics, max(gains, default=0.0), subject=subject)
 
-    def _searched(self, search: Search, draw: "_Draw", counted: Sample) -> Sequence[Trial]:
+    def _searched(self, search: Search, sampler: "_Sampler", counted: Sample) -> Sequence[Trial]:
         """The changes that a search finds, the best first, with values made good on more texels; pairs if none fits."""
         # Costs of shares of samples have steps; those of other occlusion have some where few texels tell a value.
-        stepped = not counted.problem.whole and (draw.few or counted.problem.counts)
+        stepped = not counted.problem.whole and (sampler.has_few_wrong or counted.problem.counts)
         has_steps = self.name in self.layers and stepped
-        more = draw.polishing(counted) if has_steps else counted
+        larger = sampler.polishing_sample(counted) if has_steps else counted
 
-        def polished(found: Sequence[Trial]) -> Sequence[Trial]:
+        def polished(trials: Sequence[Trial]) -> Sequence[Trial]:
             """The same with the values of the likely ones made good."""
-            likely = [t for t in found if search.large.fits(t) or t.explained > _LIKELY or not has_steps][:_TOLD]
-            better = [more.trial(trial.change, trial.steps) for trial in likely]
+            likely = [t for t in trials if search.large.fits(t) or t.explained > _LIKELY or not has_steps]
+            better = [larger.trial(trial.change, trial.steps) for trial in likely[:_MOST_CANDIDATES]]
             if has_steps:
-                better[: draw.most] = [draw.made_good(t, more) if t.steps else t for t in better[: draw.most]]
-            better.sort(key=more.rank)
+                first = better[: sampler.most_polished]
+                better[: len(first)] = [sampler.polish(t, larger) if t.steps else t for t in first]
+            better.sort(key=larger.rank)
             kinds = {trial.change.kind for trial in better}
-            return [*better, *(trial for trial in found if trial.change.kind not in kinds)]
+            return [*better, *(trial for trial in trials if trial.change.kind not in kinds)]
 
-        found = polished(search.best())
-        if not found or more.fits(found[0]):
-            return found
-        pair = search.paired(found[0])
-        return found if pair is None else [*polished([pair]), *found]
+        trials = polished(search.best())
+        if not trials or larger.fits(trials[0]):
+            return trials
+        pair = search.paired(trials[0])
+        return trials if pair is None else [*polished([pair]), *trials]
 
-    def _again(self, known: Candidate, changes: Mapping[str, Change], large: Sample, counted: Sample) -> Trial | None:
+    def _retry(self, known: Candidate, changes: Mapping[str, Change], large: Sample, counted: Sample) -> Trial | None:
         """A change of another texture, with its values or others near them, if it explains this one."""
         change = changes.get(known.kind)
         if change is None or len(change.axes) != len(known.values):
@@ -254,7 +258,7 @@ class WrongTexture(Texture):
         steps = tuple(axis.step(value) for axis, value in zip(change.axes, known.values, strict=True))
         trial = counted.trial(change, steps)
         if known.shared:  # it was not made for this texture: less of it need be decided
-            return trial if counted.fits(trial, _SOME) else None
+            return trial if counted.fits(trial, _DECIDED_AGAIN) else None
         if counted.fits(trial) or not steps:
             return trial if counted.fits(trial) else None
         trial = counted.trial(change, large.refined(large.trial(change, steps), 1.2).steps)
@@ -273,8 +277,8 @@ class WrongTexture(Texture):
     def _candidate(self, trial: Trial) -> Candidate:
         """The candidate of a trial on the counted texels."""
         change, hint = trial.change, trial.change.hint.replace("{layer}=", "{own}=")
-        told = hint.format(own=self.channel or self.name, layer=self.name)
+        hint_text = hint.format(own=self.channel or self.name, layer=self.name)
         shares = 1.0 - trial.left, trial.decided, trial.explained
         return Candidate(
-            change.kind, change.values(trial.steps), change.text(trial.steps), *shares, change.shared, told
+            change.kind, change.values(trial.steps), change.text(trial.steps), *shares, change.shared, hint_text
         )

@@ -1,9 +1,9 @@
 """Changes of any estimator's occlusion, found by running it: with other options, turns, samples, normals or textures.
 
-The reference's own kernels make each changed texture whole. That asks nothing of an estimator but to be registered, and
-costs some hundred runs. A changed texel agrees if it is within a quarter of the reference's interval there, and
-``ROOM``, of what the kernels make: renderers are far nearer than their bounds. A texel that is off by more, but inside
-the changed estimator's own bounds, is open.
+The reference's kernels compute each changed texture as a whole, in some hundred runs; the estimator only has to be
+registered. A changed texel agrees if it differs from the kernels' value by at most a quarter of the reference's
+interval, plus ``TOLERANCE``: renderers are far nearer than their bounds. A texel that is off by more, but inside the
+bounds of the changed estimator, is undecided.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -26,9 +26,9 @@ from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import point_bounds
 from lfssao.verify.diagnosis.change import (
-    ALIKE,
     FACTOR,
     OUTSIDE,
+    SUM_TOLERANCE,
     Axis,
     Change,
     Places,
@@ -39,8 +39,8 @@ from lfssao.verify.diagnosis.change import (
     plain,
     scaled,
 )
-from lfssao.verify.diagnosis.look_ups import of_borders
-from lfssao.verify.diagnosis.post import half, of_texture
+from lfssao.verify.diagnosis.look_ups import border_changes
+from lfssao.verify.diagnosis.post import half, texture_changes
 from lfssao.verify.diagnosis.sampling import (
     other_noise,
     other_tables,
@@ -49,11 +49,11 @@ from lfssao.verify.diagnosis.sampling import (
     table_seeds,
     turn_seeds,
 )
-from lfssao.verify.diagnosis.spiral import of_taps
+from lfssao.verify.diagnosis.spiral import tap_changes
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 
-ROOM = ALIKE  # of a small error beyond the interval a quarter of it
+TOLERANCE = SUM_TOLERANCE  # of a small error beyond the interval a quarter of it
 _OPTION = replace(FACTOR, most=3.5)  # lengths in texels or of another unit are farther off than radii
 _SAME_AXES = 1e-6  # difference of axes of views that are parallel
 _MOST_COUNT = 40  # of taps, turns and other whole numbers
@@ -86,44 +86,46 @@ class Estimated(Problem):
     sampling: Mapping[str, Any]  # method and seed of the points; empty where they are not known
     rotation: str  # the reference's, and its seed
     seed: int
-    bounded: bool  # whether the reference's interval is known: if not, any rounding is off
+    has_interval: bool  # whether the reference's interval is known: if not, any rounding is off
     # Textures of a layer of other modules, by the module, and the place of this one in one texture of all
     textures: Callable[[str], Mapping[str, NDArray[Any]]] = field(default_factory=lambda: no_textures)
     places: Mapping[str, tuple[int, int]] = field(default_factory=dict)
-    asked: tuple[str, ...] = ()  # names of the modules that ``buffers.neighbours`` are of
+    neighbour_names: tuple[str, ...] = ()  # names of the modules that ``buffers.neighbours`` are of
     border: str | None = None  # a rule of ``INSIDE`` by which texels inside stand for those beyond the border
     model: ErrorModel | None = None  # of the bounds, where they are asked for
-    # ``remade(buffers, made)``: textures of others by functions of them, by name; the last ones are kept
-    remade: Callable[..., Buffers] = field(default_factory=lambda: lru_cache(maxsize=2)(_remade))
+    # ``remake(buffers, makers)``: textures of others by functions of them, by name; the last ones are kept
+    remake: Callable[..., Buffers] = field(default_factory=lambda: lru_cache(maxsize=2)(_remake_buffers))
 
     whole: ClassVar[bool] = True
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The estimator's occlusion, with room for rounding."""
-        values, small = self.values(), (self.off > 0) & self.bounded
-        room = self.room / 4 + np.where(small, np.minimum(ROOM, self.off / 4), ROOM)
-        low, high = values - room, values + room
+        values, is_small = self.values(), (self.excess > 0) & self.has_interval
+        margin = self.interval_width / 4 + np.where(is_small, np.minimum(TOLERANCE, self.excess / 4), TOLERANCE)
+        low, high = values - margin, values + margin
         bounds = None if self.model is None else self._bounds()
         if bounds is None:
             return low, high
-        near = (self.mine >= low) & (self.mine <= high)
-        return np.where(near, low, np.minimum(low, bounds.lower)), np.where(near, high, np.maximum(high, bounds.upper))
+        is_near = (self.mine >= low) & (self.mine <= high)
+        return np.where(is_near, low, np.minimum(low, bounds.lower)), np.where(
+            is_near, high, np.maximum(high, bounds.upper)
+        )
 
     def values(self) -> FloatArray:
         """The estimator's occlusion of the texels, (K,), from that of a whole texture."""
-        buffers, at = self._whole()
-        made = estimate(self.estimator, buffers, self.radius, self.points, self.weights, **self.options)
-        return made.texture[at].astype(np.float64)
+        buffers, texels = self._padded_textures()
+        occlusion = estimate(self.estimator, buffers, self.radius, self.points, self.weights, **self.options)
+        return occlusion.texture[texels].astype(np.float64)
 
     def _bounds(self) -> Bounds | None:
         """Bounds of the estimator's occlusion of the texels, (K,), if they are known."""
-        buffers, at = self._whole()
+        buffers, texels = self._padded_textures()
         samples, options = (self.points, self.weights), self.options
         assert self.model is not None
-        made = point_bounds(self.estimator.name, buffers, self.radius, *samples, options, self.model)
-        return made and Bounds(made.lower[at], made.upper[at])
+        bounds = point_bounds(self.estimator.name, buffers, self.radius, *samples, options, self.model)
+        return bounds and Bounds(bounds.lower[texels], bounds.upper[texels])
 
-    def _whole(self) -> tuple[Buffers, tuple[Places, Places]]:
+    def _padded_textures(self) -> tuple[Buffers, tuple[Places, Places]]:
         """Textures with what the border's rule puts beyond it, and the rows and columns of the texels there."""
         guard = 0 if self.border is None else self._guard
         buffers = self.buffers if self.border is None else _padded(self.buffers, guard, self.border)
@@ -132,73 +134,80 @@ class Estimated(Problem):
     @property
     def _guard(self) -> int:
         """Texels beyond the border that samples reach, at most as many as the texture has."""
-        reach = self._reaches()[:, :2]
+        reach = self._ball_extent()[:, :2]
         finite = reach[np.isfinite(reach)]
         return int(np.clip(np.ceil(finite.max(initial=0.0)) + 2, 2, max(self.buffers.depth.shape)))
 
-    def _reaches(self) -> FloatArray:
+    def _ball_extent(self) -> FloatArray:
         """How far each texel's ball reaches from it along u and v, texels, and by root 2 further in image z, (K, 3)."""
-        at = self.buffers.positions[self.rows, self.columns].astype(np.float64)
+        positions = self.buffers.positions[self.rows, self.columns].astype(np.float64)
         steps = self.radius * np.concatenate([np.eye(3), -np.eye(3)])
-        there = self.sight.view.world_to_image(at[:, None] + steps) - self.sight.view.world_to_image(at)[:, None]
-        return np.asarray(np.sqrt((there**2).sum(axis=1)))
+        differences = (
+            self.sight.view.world_to_image(positions[:, None] + steps)
+            - self.sight.view.world_to_image(positions)[:, None]
+        )
+        return np.asarray(np.sqrt((differences**2).sum(axis=1)))
 
-    def leaves(self) -> Flags:
+    def leaves_texture(self) -> Flags:
         """Whether a texel's ball reaches beyond the texture."""
-        reach, (height, width) = self._reaches() + 1, self.buffers.depth.shape
+        extent, (height, width) = self._ball_extent() + 1, self.buffers.depth.shape
         u, v = self.columns + 0.5, self.rows + 0.5
-        stays = (u - reach[:, 0] > 0) & (u + reach[:, 0] < width) & (v - reach[:, 1] > 0) & (v + reach[:, 1] < height)
-        return np.asarray(~stays)
+        is_inside = (
+            (u - extent[:, 0] > 0) & (u + extent[:, 0] < width) & (v - extent[:, 1] > 0) & (v + extent[:, 1] < height)
+        )
+        return np.asarray(~is_inside)
 
     def seen_by(self, sight: Sight) -> "Estimated | None":
         """Occlusion by another sight."""
         if sight.pinhole:
             return None
         if sight.middle != self.sight.middle:  # positions are given: a sample's texel is the one around its middle
-            view = _moved(self.buffers.view, self.sight.middle - sight.middle)
+            view = _shifted_view(self.buffers.view, self.sight.middle - sight.middle)
             return self.changed(buffers=with_view(self.buffers, view))
         return self.changed(sight=sight, buffers=with_view(self.buffers, sight.view))
 
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
-        made = [*of_texture(self), *self._of_options(), *view_changes(self.sight, self.centre, self.others)]
-        made += of_borders("border" in self.options)
-        made += [*self._of_neighbours(), *self._of_others(), *of_taps(self)]
-        made.append(with_buffers("positions of half precision", positions=lambda b: half(b.positions)))
-        made.append(with_buffers("depth of half precision", depth=lambda b: half(b.depth)))
-        made.append(with_buffers("positions in physical space", positions=_physical))
+        changes = [*texture_changes(self), *self._option_changes(), *view_changes(self.sight, self.centre, self.others)]
+        changes += border_changes("border" in self.options)
+        changes += [*self._neighbour_changes(), *self._other_view_changes(), *tap_changes(self)]
+        changes.append(with_buffers("positions of half precision", positions=lambda b: half(b.positions)))
+        changes.append(with_buffers("depth of half precision", depth=lambda b: half(b.depth)))
+        changes.append(with_buffers("positions in physical space", positions=_physical_positions))
         if self.estimator.turns:
-            made += self._of_turns()
+            changes += self._turn_changes()
         if self.buffers.normals is not None and self.estimator.reads_normals(self.options):
-            made += self._of_normals()
+            changes += self._normal_changes()
         if self.points is not None:
-            made += [fixed(words, points=table) for words, table in other_tables(self.points)]
+            changes += [fixed(words, points=table) for words, table in other_tables(self.points)]
             seeds = table_seeds(self.points, self.sampling)
-            made += [late(fixed(words, points=table)) for words, table in seeds.items()]
-        return [*made, scaled("radius", lambda p, f: p.changed(radius=p.radius * f))]
+            changes += [late(fixed(words, points=table)) for words, table in seeds.items()]
+        return [*changes, scaled("radius", lambda p, f: p.changed(radius=p.radius * f))]
 
-    def _of_options(self) -> Iterator[Change]:
+    def _option_changes(self) -> Iterator[Change]:
         """Each option with its other choices and nearby whole numbers, forgotten, and by a factor."""
         limits = {**dict.fromkeys(self.options, (-np.inf, np.inf)), **self.estimator.said("limits")}
         choices = self.estimator.said("choices")
         for name, value in self.options.items():
             if name == "cleared":  # textures are made with it
                 continue
-            others: list[Value] = [other for other in choices.get(name, ()) if other != "cleared"]
+            alternatives: list[Value] = [
+                alternative for alternative in choices.get(name, ()) if alternative != "cleared"
+            ]
             if name in ("border", "filter"):  # the others have changes of their own
-                others = ["open" if name == "border" else "nearest"]
+                alternatives = ["open" if name == "border" else "nearest"]
             elif isinstance(value, bool):
-                others = [not value]
+                alternatives = [not value]
             elif isinstance(value, int) and name != "seed":
                 low, high = limits[name]
-                others = list(range(int(max(low, 0)), int(min(high, max(2 * value, _MOST_COUNT))) + 1))
+                alternatives = list(range(int(max(low, 0)), int(min(high, max(2 * value, _MOST_COUNT))) + 1))
             elif isinstance(value, float) and value != 0.0 and limits[name][0] <= 0.0:
                 signed = name in self.estimator.said("power") and self.estimator.reads_texels
-                others = [0.0, -value] if signed else [0.0]
-            for other in others:
-                blind = self.buffers.normals is None and self.estimator.reads_normals({name: other})
-                if other != value and not blind:
-                    yield plain(_in_place(name, other, value), partial(_with_option, name, value=other))
+                alternatives = [0.0, -value] if signed else [0.0]
+            for alternative in alternatives:
+                needs_normals = self.buffers.normals is None and self.estimator.reads_normals({name: alternative})
+                if alternative != value and not needs_normals:
+                    yield plain(_option_text(name, alternative, value), partial(_with_option, name, value=alternative))
             if name == "reach":
                 for factor, reason in ((2.0, "without its 1/2"), (0.5, "with one 1/2 too many")):
                     words = f"radius in texels x {factor:.3f}, as of a projection scale {reason},"
@@ -211,33 +220,33 @@ class Estimated(Problem):
                 words = f"{name} {{}} in place of {value:g}"
                 yield scaled(name, partial(_with_option, name), Axis(1e-6 * most, most, signs=(1,), number=25), words)
 
-    def _of_neighbours(self) -> Iterator[Change]:
+    def _neighbour_changes(self) -> Iterator[Change]:
         """Modules that are not asked, one or all."""
-        for k, name in enumerate(self.asked if len(self.asked) > 1 else ()):
-            yield plain(f"{name} is not asked", partial(_without_neighbours, of=slice(k, k + 1)))
-        if self.asked:
-            yield plain("no other module is asked", partial(_without_neighbours, of=slice(None)))
+        for k, name in enumerate(self.neighbour_names if len(self.neighbour_names) > 1 else ()):
+            yield plain(f"{name} is not asked", partial(_without_neighbours_in, removed=slice(k, k + 1)))
+        if self.neighbour_names:
+            yield plain("no other module is asked", partial(_without_neighbours_in, removed=slice(None)))
 
-    def _of_others(self) -> Iterator[Change]:
+    def _other_view_changes(self) -> Iterator[Change]:
         """Textures of other views."""
         for view, depth in self.textures("depth").items():
-            yield with_buffers(f"the depth of {view}", depth=partial(_seen_in, other=depth))
+            yield with_buffers(f"the depth of {view}", depth=partial(_with_far_texels, other=depth))
         reads_normals = self.buffers.normals is not None and self.estimator.reads_normals(self.options)
         for view, normals in self.textures("normals").items() if reads_normals else ():
             yield with_buffers(f"the normals of {view}", normals=lambda b, normals=normals: normals)  # type: ignore[misc]
-        own = _axes(self.sight.view)
+        own = _view_axes(self.sight.view)
         for view, sight in self.others.items() if reads_normals else ():
-            matrix = _axes(sight.view).T @ own
+            matrix = _view_axes(sight.view).T @ own
             if not np.allclose(matrix, np.eye(3), atol=_SAME_AXES):
                 yield _turned_normals(f"normals in the view space of {view} taken for its own", matrix)
                 yield _turned_normals(f"normals in its own view space taken for that of {view}", matrix.T)
 
-    def _of_normals(self) -> Iterator[Change]:
+    def _normal_changes(self) -> Iterator[Change]:
         """Normals of another sign, space, precision or source."""
         yield with_buffers("normals with the other sign", normals=lambda b: -np.asarray(b.normals))
         yield with_buffers("normals made from positions", normals=cache(face_normals))
         yield with_buffers("normals of half precision", normals=lambda b: half(np.asarray(b.normals)))
-        axes = _axes(self.sight.view)
+        axes = _view_axes(self.sight.view)
         for name, axis in zip("xyz", axes, strict=True):
             matrix = np.eye(3) - 2 * np.outer(axis, axis)
             yield _turned_normals(f"{name} of normals in view space with the other sign", matrix)
@@ -245,18 +254,17 @@ class Estimated(Problem):
             yield _turned_normals(f"normals of world space taken for {space}", frame)
             yield _turned_normals(f"normals of {space} taken for world space", frame.T)
 
-    def _of_turns(self) -> Iterator[Change]:
+    def _turn_changes(self) -> Iterator[Change]:
         """Samples that turn from texel to texel otherwise, or not."""
         turns, shape = self.buffers.turns, self.buffers.depth.shape
         if turns is not None:
-            way = np.array([1, -1, 1][: len(turns)], turns.dtype)[:, None, None]
+            signs = np.array([1, -1, 1][: len(turns)], turns.dtype)[:, None, None]
             yield with_buffers("samples are not turned", turns=_unturned)
-            yield with_buffers(
-                "samples turned the other way", turns=lambda b: None if b.turns is None else b.turns * way
-            )
+            inverted = partial(_changed_turns, change=lambda turns: turns * signs)
+            yield with_buffers("samples turned the other way", turns=inverted)
             noise = other_noise(len(turns), self.estimator.vectors) if self.rotation == "none" else ()
-            for words, other in (*noise, *stretched_tiles(turns)):
-                yield with_buffers(words, turns=lambda b, other=other: None if b.turns is None else other(b.turns))  # type: ignore[misc]
+            for words, change in (*noise, *stretched_tiles(turns)):
+                yield with_buffers(words, turns=partial(_changed_turns, change=change))
         for words, make in other_turns(self.rotation, self.seed, shape[0], shape[1], self.places):
             yield with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]
         for words, number in turn_seeds(self.rotation, self.seed):
@@ -264,14 +272,19 @@ class Estimated(Problem):
             yield late(with_buffers(words, turns=lambda b, turned=turned: turned(b).turns))  # type: ignore[misc]
 
 
-def _seen_in(buffers: Buffers, other: Texture) -> Texture:
+def _changed_turns(buffers: Buffers, change: Callable[[Any], Any]) -> Any:
+    """The turns after a change; None without turns."""
+    return None if buffers.turns is None else change(buffers.turns)
+
+
+def _with_far_texels(buffers: Buffers, other: Texture) -> Texture:
     """Depth of another view, far away at texels whose own surface is none there."""
     view = buffers.view
-    far = np.finfo(other.dtype).max if view.screen_to_world is None or view.linear else 1.0
-    return np.where(np.isinf(other) & np.isfinite(buffers.depth), other.dtype.type(far), other)
+    farthest = np.finfo(other.dtype).max if view.screen_to_world is None or view.linear else 1.0
+    return np.where(np.isinf(other) & np.isfinite(buffers.depth), other.dtype.type(farthest), other)
 
 
-def _axes(view: View) -> FloatArray:
+def _view_axes(view: View) -> FloatArray:
     """Unit vectors to the right, up and towards the viewer, (3, 3), in world space."""
     axes = view.world_from_cast[:, :3].T * [[1], [1], [-1]]
     return np.asarray(axes / np.linalg.norm(axes, axis=1, keepdims=True))
@@ -290,89 +303,89 @@ def _unturned(buffers: Buffers) -> Any:
     return np.stack([np.ones_like(turns[2]), np.zeros_like(turns[2]), turns[2]])
 
 
-def with_buffers(kind: str, **made: Callable[[Buffers], Any]) -> Change:
+def with_buffers(kind: str, **makers: Callable[[Buffers], Any]) -> Change:
     """A change that gives the problem other textures, made of its own when it is tried."""
-    return plain(kind, lambda p: p.changed(buffers=p.remade(p.buffers, tuple(made.items()))))
+    return plain(kind, lambda p: p.changed(buffers=p.remake(p.buffers, tuple(makers.items()))))
 
 
-def _remade(buffers: Buffers, made: tuple[tuple[str, Callable[[Buffers], Any]], ...]) -> Buffers:
-    others = {name: make(buffers) for name, make in made}
+def _remake_buffers(buffers: Buffers, makers: tuple[tuple[str, Callable[[Buffers], Any]], ...]) -> Buffers:
+    textures = {name: make(buffers) for name, make in makers}
     single: dict[str, Any] = {
-        n: None if t is None else np.ascontiguousarray(t, buffers.depth.dtype) for n, t in others.items()
+        n: None if t is None else np.ascontiguousarray(t, buffers.depth.dtype) for n, t in textures.items()
     }
     return replace(buffers, **single)
 
 
 def with_view(buffers: Buffers, view: View) -> Buffers:
     """The same textures of another view of their size; to check them once more would take longer than a trial."""
-    made = copy(buffers)
-    made.__dict__.pop("directions", None)
-    made.__dict__.update(view=view)
-    return made
+    other = copy(buffers)
+    other.__dict__.pop("directions", None)
+    other.__dict__.update(view=view)
+    return other
 
 
-def _without_neighbours(problem: Estimated, of: slice) -> Estimated:
-    rest = list(problem.buffers.neighbours)
-    del rest[of]
-    return problem.changed(buffers=replace(problem.buffers, neighbours=rest))
+def _without_neighbours_in(problem: Estimated, removed: slice) -> Estimated:
+    neighbours = list(problem.buffers.neighbours)
+    del neighbours[removed]
+    return problem.changed(buffers=replace(problem.buffers, neighbours=neighbours))
 
 
 def _padded(buffers: Buffers, guard: int, border: str) -> Buffers:
     """Textures with texels beyond the border, by a rule of ``INSIDE``."""
     mode = {"clamp": "edge", "mirror": "symmetric", "wrap": "wrap"}.get(border, "reflect")
 
-    def larger(texture: Texture | None, first: int = 0) -> Any:
+    def padded(texture: Texture | None, first: int = 0) -> Any:
         if texture is None:
             return None
         widths = [(guard * (k in (first, first + 1)),) * 2 for k in range(texture.ndim)]
         return np.ascontiguousarray(np.pad(texture, widths, mode=mode))  # type: ignore[call-overload]
 
-    textures = larger(buffers.depth), larger(buffers.positions), larger(buffers.normals), larger(buffers.turns, 1)
-    return Buffers(_widened(buffers.view, guard), *textures, neighbours=buffers.neighbours)
+    textures = padded(buffers.depth), padded(buffers.positions), padded(buffers.normals), padded(buffers.turns, 1)
+    return Buffers(_widened_view(buffers.view, guard), *textures, neighbours=buffers.neighbours)
 
 
-def _widened(view: View, guard: int) -> View:
+def _widened_view(view: View, guard: int) -> View:
     """A view with as many texels more on each side."""
-    return replace(_moved(view, guard), width=view.width + 2 * guard, height=view.height + 2 * guard)
+    return replace(_shifted_view(view, guard), width=view.width + 2 * guard, height=view.height + 2 * guard)
 
 
-def _physical(buffers: Buffers) -> FloatArray:
+def _physical_positions(buffers: Buffers) -> FloatArray:
     """Positions in the space of rays, a display's physical space; infinite where there is no surface."""
     with np.errstate(all="ignore"):
         points = buffers.positions.reshape(-1, 3).astype(np.float64)
-        made = transform_points(buffers.view.cast_from_world, points)
-    return np.where(np.isnan(made), np.inf, made).reshape(buffers.positions.shape)
+        physical = transform_points(buffers.view.cast_from_world, points)
+    return np.where(np.isnan(physical), np.inf, physical).reshape(buffers.positions.shape)
 
 
-def _moved(view: View, by: float) -> View:
+def _shifted_view(view: View, texels: float) -> View:
     """A view whose image lies so many texels further right and down."""
-    made = displaced(view, -by, -by)
-    numbers, back = view.world_to_image.numbers.copy(), view.screen_to_world
+    shifted = displaced(view, -texels, -texels)
+    numbers, inverse = view.world_to_image.numbers.copy(), view.screen_to_world
     if view.rays.kind == CROSSED_SLITS:
-        numbers[14:16] += by
+        numbers[14:16] += texels
     elif view.rays.kind == MATRIX:
-        numbers[0:8] += by * np.tile(numbers[12:16], 2)
-        assert back is not None
-        back = np.column_stack([back[:, :3], back[:, 3] - by * (back[:, 0] + back[:, 1])])
+        numbers[0:8] += texels * np.tile(numbers[12:16], 2)
+        assert inverse is not None
+        inverse = np.column_stack([inverse[:, :3], inverse[:, 3] - texels * (inverse[:, 0] + inverse[:, 1])])
     else:
-        numbers[12:] = made.lens
+        numbers[12:] = shifted.lens
         for row in (0, 3):
-            numbers[20 + row : 23 + row] += by * numbers[26:29]
-    return replace(made, world_to_image=WorldToImage(view.rays.kind, numbers), screen_to_world=back)
+            numbers[20 + row : 23 + row] += texels * numbers[26:29]
+    return replace(shifted, world_to_image=WorldToImage(view.rays.kind, numbers), screen_to_world=inverse)
 
 
 def _with_option(name: str, problem: Estimated, value: Value) -> Estimated:
     return problem.changed(options={**problem.options, name: value})
 
 
-def _in_place(name: str, other: Value, value: Value) -> str:
+def _option_text(name: str, other: Value, value: Value) -> str:
     """Words for an option's other value in place of its own."""
     if isinstance(value, float) and other == -value:
         return f"{name} with the other sign"
-    return _WORDS.get((name, other), f"{name} {_said(other)} in place of {_said(value)}")
+    return _WORDS.get((name, other), f"{name} {_formatted(other)} in place of {_formatted(value)}")
 
 
-def _said(value: Value) -> str:
+def _formatted(value: Value) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value).lower()
 
 

@@ -25,7 +25,7 @@ from lfssao.optics.kernels.projection import MATRIX
 from lfssao.verify.bounds.bounds import Bounds, FloatArray
 from lfssao.verify.diagnosis import look_ups
 from lfssao.verify.diagnosis.change import INSIDE, Axis, Change, Places, fixed, late, scaled
-from lfssao.verify.diagnosis.estimated import OCCLUDES, ROOM, Estimated
+from lfssao.verify.diagnosis.estimated import OCCLUDES, TOLERANCE, Estimated
 from lfssao.verify.diagnosis.kernels.texels import Reading, fold_texels, sum_texels
 from lfssao.verify.diagnosis.signs import other_signs
 from lfssao.verify.diagnosis.views import Sight
@@ -34,17 +34,18 @@ from lfssao.verify.verdict import Flags
 _MOST_SAMPLES = 256  # samples, and steps, each of which is left out in turn
 NEAREST, _CLEARED = 0, 1  # texels behind those of the view, whose surfaces may stand where there is none
 _NONE = -1  # no texel does
-_SOME = 0.1  # share of the texels at which changes differ
+_LEAST_DIFFERING = 0.1  # share of the texels at which changes differ
 _LEAST_REACH, _MOST_REACH = 0.5, 500.0  # texels
 _HALF = 2**13 + 1  # splits a float32 into half precision and the rest
 
 # Fields on which the view and its textures do not depend.
 _LATE = frozenset({
-    "value", "store", "mine", "columns", "rows", "room", "off", "model", "radius", "points", "weights", "options",
-    "image", "reach", "border", "background", "odd", "times", "linear", "factor", "split", "sample_factors",
+    "value", "store", "mine", "columns", "rows", "interval_width", "excess", "model", "radius", "points", "weights",
+    "options", "image", "reach", "border", "background", "reweighted", "weight_factor", "linear", "factor", "split",
+    "sample_factors",
 })  # fmt: skip
 # Fields beside these on which the words of the formulas do not depend.
-_EARLY = {"ties", "buffers", "sight", "own", "depth_scale", "depth_bias", "sign"}
+_EARLY = {"ties", "buffers", "sight", "surface_points", "depth_scale", "depth_bias", "sign"}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -55,8 +56,8 @@ class Formulated(Estimated):
     look_ups: Options = field(default_factory=Options)  # the reference's, which the view is made with
     linear: bool = False  # whether textures are read between texels in any case
     background: int | None = None  # the texel whose surface stands where there is none, or ``_NONE``
-    odd: tuple[Any, Any] = (slice(0), slice(0))  # samples or directions, and steps, that count more or less often
-    times: float = 1.0  # how often these do
+    reweighted: tuple[Any, Any] = (slice(0), slice(0))  # indices of samples or directions, and of steps
+    weight_factor: float = 1.0  # of the reweighted samples and steps
     factor: float = 1.0  # of the sum
     ties: int = 0  # ulps by which surfaces lie further away: -1 or 1 turns a tie
     depth_scale: float = 1.0  # of the surfaces' depths that are compared
@@ -65,16 +66,16 @@ class Formulated(Estimated):
     split: int = 0  # by which u and v are rounded (``Reading``)
     sample_factors: FloatArray = field(default_factory=lambda: np.ones(1))  # of coordinates, (n, 3) or (1,)
     reach: FloatArray = field(default_factory=lambda: np.ones(1))  # (K,) or (1,), of the distances of texels' samples
-    own: FloatArray | None = None  # (K, 3), points of the texels' surfaces where they are not those of the buffers
+    surface_points: FloatArray | None = None  # (K, 3), in place of the points of the buffers
     # Textures with two texels behind their own, by the identity of those that they are made of
-    longer: Mapping[int, Texture] = field(default_factory=dict)
+    padded_textures: Mapping[int, Texture] = field(default_factory=dict)
 
     whole: ClassVar[bool] = False
     # Words for the sum of the terms; where some are left out, for the rest divided as before, and divided anew
     total: ClassVar[str] = "sum"
     as_before: ClassVar[str] = ""
     anew: ClassVar[str] = ", mean of those that count"
-    kept: ClassVar = {"_view": _LATE, "_words": _LATE | _EARLY}
+    independent_fields: ClassVar = {"_view": _LATE, "_words": _LATE | _EARLY}
 
     def _numbers(self, radius: float) -> Any:
         """The formulas' numbers at a radius."""
@@ -83,10 +84,10 @@ class Formulated(Estimated):
             samples = self.estimator.default_samples()
         assert self.estimator.formulas is not None
         options = self.estimator.options(**self.options)
-        made = distinct(self.estimator.formulas(self.buffers, radius, *samples, options))
+        numbers = distinct(self.estimator.formulas(self.buffers, radius, *samples, options))
         if (self.sample_factors == 1).all():
-            return made
-        return made._replace(points=made.points * self.sample_factors.astype(made.points.dtype))
+            return numbers
+        return numbers._replace(points=numbers.points * self.sample_factors.astype(numbers.points.dtype))
 
     @cached_property
     def samples(self) -> int:
@@ -117,32 +118,38 @@ class Formulated(Estimated):
     @cached_property
     def _view(self) -> FloatView:
         """The view as formulas read it, with two texels behind its own."""
-        made, own = float_view(self.buffers, self._words, self.look_ups), self.buffers
-        kind = made.depth.dtype.type
-        cleared = made.rows[15] if made.kind == MATRIX else kind(0)
-        surfaces = made.surfaces
+        floats, buffers = float_view(self.buffers, self._words, self.look_ups), self.buffers
+        dtype = floats.depth.dtype.type
+        cleared = floats.rows[15] if floats.kind == MATRIX else dtype(0)
+        surfaces = floats.surfaces
         if surfaces is not None:
-            surfaces = surfaces * kind(self.sign * self.depth_scale) + kind(self.sign * self.depth_bias)
+            surfaces = surfaces * dtype(self.sign * self.depth_scale) + dtype(self.sign * self.depth_bias)
             if self.ties:
-                surfaces = np.nextafter(surfaces, kind(np.copysign(np.inf, self.sign * self.ties)))
-            surfaces = np.append(surfaces, [kind(-np.inf), cleared])
-        normals = own.positions if own.normals is None else own.normals
-        depth, positions, normals = self._longer(own.depth), self._longer(own.positions), self._longer(normals)
-        if made.look is not None:  # the textures are not as they are
-            depth = longer(made.depth)
-            positions, normals = longer(made.positions, 3), longer(made.normals, 3)
-        kept = not self.ties and self.sign * self.depth_scale > 0 and not (made.look and made.look.cleared)
-        if surfaces is not None and kept:
+                surfaces = np.nextafter(surfaces, dtype(np.copysign(np.inf, self.sign * self.ties)))
+            surfaces = np.append(surfaces, [dtype(-np.inf), cleared])
+        normals = buffers.positions if buffers.normals is None else buffers.normals
+        depth, positions, normals = (
+            self._padded_texture(buffers.depth),
+            self._padded_texture(buffers.positions),
+            self._padded_texture(normals),
+        )
+        if floats.look is not None:  # the textures are not as they are
+            depth = with_extra_texels(floats.depth)
+            positions, normals = with_extra_texels(floats.positions, 3), with_extra_texels(floats.normals, 3)
+        can_mark_surfaces = (
+            not self.ties and self.sign * self.depth_scale > 0 and not (floats.look and floats.look.cleared)
+        )
+        if surfaces is not None and can_mark_surfaces:
             depth = surfaces  # they say as well which texels have one: a look-up reads one texture less
-        if self.own is not None:
+        if self.surface_points is not None:
             positions = np.zeros_like(positions)
-            positions.reshape(-1, 3)[self._texels] = self.own
-        return made._replace(depth=depth, surfaces=surfaces, positions=positions, normals=normals)
+            positions.reshape(-1, 3)[self._texels] = self.surface_points
+        return floats._replace(depth=depth, surfaces=surfaces, positions=positions, normals=normals)
 
-    def _longer(self, texture: Texture) -> Texture:
+    def _padded_texture(self, texture: Texture) -> Texture:
         """A texture row by row with two texels behind its own."""
-        made = self.longer.get(id(texture))
-        return longer(texture, texture.size // self.buffers.depth.size) if made is None else made
+        padded = self.padded_textures.get(id(texture))
+        return with_extra_texels(texture, texture.size // self.buffers.depth.size) if padded is None else padded
 
     def seen_by(self, sight: Sight) -> Estimated | None:
         """Occlusion by another sight."""
@@ -154,13 +161,13 @@ class Formulated(Estimated):
 
     def _reading(self) -> Reading:
         """How textures are read."""
-        dtype, behind = self.buffers.depth.dtype, self._view.depth.size - 2
+        dtype, count = self.buffers.depth.dtype, self._view.depth.size - 2
         look = look_of(self.estimator.options(**self.options), self.buffers.depth.size) or Look()
         if self.border is not None:
-            outside = behind + NEAREST if self.border == look_ups.OCCLUDED else look_up.NOTHING
+            outside = count + NEAREST if self.border == look_ups.OCCLUDED else look_up.NOTHING
             look = look._replace(border=INSIDE.get(self.border, look_up.VALUE), outside=outside)
         look = look._replace(
-            empty=look_up.NOTHING if self.background in (None, _NONE) else behind + self.background,
+            empty=look_up.NOTHING if self.background in (None, _NONE) else count + self.background,
             cleared=look.cleared and self.background is None,
             linear=True if self.linear else look.linear,
             matrix=tuple(tuple(row) for row in self.image[:2].astype(dtype)),
@@ -170,60 +177,62 @@ class Formulated(Estimated):
 
     def _weights(self, count: int, steps: int) -> FloatArray:
         """Weights of the terms, (count, steps)."""
-        made = np.full((count, steps), self.factor)
-        made[self.odd] *= self.times
-        return made
+        weights = np.full((count, steps), self.factor)
+        weights[self.reweighted] *= self.weight_factor
+        return weights
 
-    def _at(self, radius: float) -> Occlusion:
+    def _occlusion_at(self, radius: float) -> Occlusion:
         """Occlusion of the texels, (1, K), at a radius."""
         numbers, size = self._numbers(radius), self.buffers.depth.shape
         steps = getattr(numbers, "steps", 0)
         kernel, dtype = (fold_texels if steps else sum_texels), self.buffers.depth.dtype
         weights = self._weights(len(numbers.points), steps or 1).astype(dtype)
-        made = np.empty(len(self.rows), dtype)
-        kernel(self._view._replace(look=None), numbers, self._reading(), size, self._texels, weights, made)
-        return Occlusion(made[None], 0)
+        occlusion = np.empty(len(self.rows), dtype)
+        kernel(self._view._replace(look=None), numbers, self._reading(), size, self._texels, weights, occlusion)
+        return Occlusion(occlusion[None], 0)
 
     def values(self) -> FloatArray:
         """The estimator's occlusion of the texels."""
-        made = self.estimator.at_radii(self._at, self.radius, self.estimator.options(**self.options)).texture
-        return np.asarray(made[0], np.float64)
+        occlusion = self.estimator.at_radii(
+            self._occlusion_at, self.radius, self.estimator.options(**self.options)
+        ).texture
+        return np.asarray(occlusion[0], np.float64)
 
     def _bounds(self) -> Bounds | None:
         """Bounds of the estimator; None where a look-up is changed, of which none are known."""
-        looked = self.border, self.linear, self.background, self.ties, self.split, self.sign
-        changed = self.own is not None or (self.sample_factors != 1).any() or (self.image != np.eye(3)).any()
+        look_up = self.border, self.linear, self.background, self.ties, self.split, self.sign
+        changed = self.surface_points is not None or (self.sample_factors != 1).any() or (self.image != np.eye(3)).any()
         changed |= bool((self.reach != 1).any())
-        if looked != (None, False, None, 0, 0, 1) or changed:
+        if look_up != (None, False, None, 0, 0, 1) or changed:
             return None
-        numbers = self.times, self.factor, self.depth_scale, self.depth_bias
+        numbers = self.weight_factor, self.factor, self.depth_scale, self.depth_bias
         return super()._bounds() if numbers == (1, 1, 1, 0) else None
 
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
-        made = [*super().changes(), *look_ups.of_places(*self.buffers.depth.shape), *self._of_samples()]
+        changes = [*super().changes(), *look_ups.place_changes(*self.buffers.depth.shape), *self._sample_changes()]
         if cleared_z(self.look_ups) is not None:
-            made.append(fixed("background adds nothing", background=_NONE))
-        made.append(fixed("background as if cleared to 0", background=_CLEARED))
+            changes.append(fixed("background adds nothing", background=_NONE))
+        changes.append(fixed("background as if cleared to 0", background=_CLEARED))
         if self.options.get("filter") == "nearest":  # late, as it is compiled anew
             change = late(fixed("textures read between texels, by a linear filter", linear=True))
-            made.append(replace(change, hint="--parameter filter=linear"))
-        made += [*look_ups.of_shifts(), fixed("u and v of half precision", split=_HALF)]
-        made += [*self._of_factors(), *self._of_reach()]
-        return [*made, *self._of_depths()] if self._words & {"surface", "image_z"} else made
+            changes.append(replace(change, hint="--parameter filter=linear"))
+        changes += [*look_ups.shift_changes(), fixed("u and v of half precision", split=_HALF)]
+        changes += [*self._factor_changes(), *self._reach_changes()]
+        return [*changes, *self._depth_changes()] if self._words & {"surface", "image_z"} else changes
 
-    def _of_factors(self) -> Iterator[Change]:
+    def _factor_changes(self) -> Iterator[Change]:
         """Factors of samples and of the sum, where a radius or a strength does not do the same."""
 
         def differ(one: Estimated, values: FloatArray) -> bool:
-            return bool(np.mean(np.abs(one.values() - values) > ROOM) > _SOME)
+            return bool(np.mean(np.abs(one.values() - values) > TOLERANCE) > _LEAST_DIFFERING)
 
         if self.has_ball and differ(_stretched(self, 2.0), self.changed(radius=2 * self.radius).values()):
             yield scaled("length of samples", _stretched, words="samples x {}, and not the range check's radius,")
         if differ(self.changed(factor=self.factor / 2), self.values() / 2):
             yield scaled(self.total, lambda p, f: p.changed(factor=p.factor * f))
 
-    def _of_reach(self) -> Iterator[Change]:
+    def _reach_changes(self) -> Iterator[Change]:
         """A radius that is as many texels wherever the surface is, where a camera's distance changes that."""
         if self._texels_of_radius() is None or not {"at", "position"} <= self._words or "image_place" in self._words:
             return
@@ -242,10 +251,10 @@ class Formulated(Estimated):
         """Changes of samples that the texture's numbers are solved for."""
         return other_signs(self, wrong)
 
-    def _of_depths(self) -> Iterator[Change]:
+    def _depth_changes(self) -> Iterator[Change]:
         """Changes of the depths that are compared."""
-        yield from self._of_ties()
-        yield look_ups.beyond_occluded()
+        yield from self._tie_changes()
+        yield look_ups.occluding_border()
         if "occludes" not in self.estimator.said("choices").get("background", ()):
             yield fixed(OCCLUDES, background=NEAREST)
         yield fixed("depth with the other sign", depth_scale=-1.0, background=NEAREST)
@@ -257,39 +266,43 @@ class Formulated(Estimated):
         yield scaled("depth bias", lambda p, b: p.changed(depth_bias=p.depth_bias + b), bias, "depth {}")
         yield scaled("depth scale", lambda p, s: p.changed(depth_scale=p.depth_scale * s), scale)
 
-    def _of_ties(self) -> Iterator[Change]:
+    def _tie_changes(self) -> Iterator[Change]:
         """Other answers where a surface is as deep as a sample."""
         yield fixed("a surface as deep as a sample hides it", ties=-1)
         yield fixed("a surface as deep as a sample does not hide it", ties=1)
 
     def _depth_reach(self) -> float:
         """How far a texel's ball usually reaches in the depths that are compared; 1 where that is not known."""
-        reach = self._reaches()[:, 2] / np.sqrt(2)
+        reach = self._ball_extent()[:, 2] / np.sqrt(2)
         if "image_z" not in self._words:
             reach = np.array([self.radius * np.linalg.norm(self.sight.view.cast_from_world[2, :3])])
         finite = reach[np.isfinite(reach)]
         return (float(np.median(finite)) if finite.size else 0.0) or 1.0
 
-    def _of_samples(self) -> Iterator[Change]:
+    def _sample_changes(self) -> Iterator[Change]:
         """Samples, directions or steps that are missing or count twice, and another number of them."""
         numbers = self._numbers(self.radius)
         count, steps = len(numbers.points), getattr(numbers, "steps", 0)
         for divisor in [d for d in range(1, 3 * count) if d != count][:_MOST_SAMPLES]:
             yield fixed(f"{self.total} divided by {divisor} in place of {count}", factor=count / divisor)
         weights = np.ones(count) if self.points is None or self.weights is None else np.asarray(self.weights)
-        name, odd = "direction" if steps else "sample", ((0.0, "dropped"), (2.0, "doubled"))
-        some = [(f"{name} {k} {words}", slice(k, k + 1), times) for times, words in odd for k in range(count)]
-        some += [(f"the first {m} {name}s alone", slice(m, count), 0.0) for m in range(1, count - 1)]
-        for kind, these, times in some if 1 < count <= _MOST_SAMPLES else ():
-            left = 1 + (times - 1) * float(weights[these].sum() / weights.sum())
-            rest = count + round(times - 1) * (these.stop - these.start)
-            for words, factor in ((self.as_before, 1.0), (self.anew, 1 / left if left > 0 else 0.0)):
+        name, reweightings = "direction" if steps else "sample", ((0.0, "dropped"), (2.0, "doubled"))
+        variants = [
+            (f"{name} {k} {words}", slice(k, k + 1), weight) for weight, words in reweightings for k in range(count)
+        ]
+        variants += [(f"the first {m} {name}s alone", slice(m, count), 0.0) for m in range(1, count - 1)]
+        for kind, selected, weight in variants if 1 < count <= _MOST_SAMPLES else ():
+            remaining = 1 + (weight - 1) * float(weights[selected].sum() / weights.sum())
+            count_left = count + round(weight - 1) * (selected.stop - selected.start)
+            for words, factor in ((self.as_before, 1.0), (self.anew, 1 / remaining if remaining > 0 else 0.0)):
                 if factor:
-                    named = kind + words.format(count=count, rest=rest)
-                    yield fixed(named, odd=(these, slice(None)), times=times, factor=factor)
-        for times, words in odd:
+                    text = kind + words.format(count=count, rest=count_left)
+                    yield fixed(text, reweighted=(selected, slice(None)), weight_factor=weight, factor=factor)
+        for weight, words in reweightings:
             for k in range(steps if 1 < steps <= _MOST_SAMPLES else 0):
-                yield fixed(f"step {k + 1} of each direction {words}", odd=(slice(None), k), times=times)
+                yield fixed(
+                    f"step {k + 1} of each direction {words}", reweighted=(slice(None), k), weight_factor=weight
+                )
 
 
 def _stretched(problem: Formulated, factor: float) -> Formulated:
@@ -297,6 +310,6 @@ def _stretched(problem: Formulated, factor: float) -> Formulated:
     return problem.changed(sample_factors=problem.sample_factors * factor)
 
 
-def longer(texture: Texture, channels: int = 1) -> Texture:
+def with_extra_texels(texture: Texture, channels: int = 1) -> Texture:
     """A texture row by row with two texels behind its own, 0 all."""
     return np.append(texture, np.zeros(2 * channels, texture.dtype))

@@ -11,42 +11,42 @@ _OPTIONS = {"clamp": "clamp", "repeat": "wrap", "mirror": "mirror"}  # rules by 
 OCCLUDED = "occluded"  # a border beyond which all samples are
 
 
-def moved(problem: Any, matrix: Any) -> Any:
+def with_matrix(problem: Any, matrix: Any) -> Any:
     """The problem with a matrix, (3, 3), after its own."""
     return problem.changed(image=np.array(matrix, np.float64) @ problem.image)
 
 
-def _by_matrix(kind: str, matrix: list[list[float]]) -> Change:
-    return plain(kind, lambda p: moved(p, matrix))
+def _matrix_change(kind: str, matrix: list[list[float]]) -> Change:
+    return plain(kind, lambda p: with_matrix(p, matrix))
 
 
-def of_places(height: int, width: int) -> list[Change]:
+def place_changes(height: int, width: int) -> list[Change]:
     """Image points flipped, exchanged or half a texel off, of a texture of a size."""
     return [
-        _by_matrix("u flipped", [[-1, 0, width], [0, 1, 0], [0, 0, 1]]),
-        _by_matrix("v flipped", [[1, 0, 0], [0, -1, height], [0, 0, 1]]),
-        _by_matrix("u and v flipped", [[-1, 0, width], [0, -1, height], [0, 0, 1]]),
-        _by_matrix("u and v transposed", [[0, 1, 0], [1, 0, 0], [0, 0, 1]]),
-        _by_matrix("look-ups at the nearest centre, half a texel off", [[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]]),
-        _by_matrix("look-ups half a texel up and left", [[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1]]),
+        _matrix_change("u flipped", [[-1, 0, width], [0, 1, 0], [0, 0, 1]]),
+        _matrix_change("v flipped", [[1, 0, 0], [0, -1, height], [0, 0, 1]]),
+        _matrix_change("u and v flipped", [[-1, 0, width], [0, -1, height], [0, 0, 1]]),
+        _matrix_change("u and v transposed", [[0, 1, 0], [1, 0, 0], [0, 0, 1]]),
+        _matrix_change("look-ups at the nearest centre, half a texel off", [[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]]),
+        _matrix_change("look-ups half a texel up and left", [[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1]]),
     ]
 
 
-def of_borders(has_option: bool) -> list[Change]:
+def border_changes(has_option: bool) -> list[Change]:
     """Rules for image points beyond the border by which a texel inside stands for them.
 
     has_option: whether the estimator has the option ``border``.
     """
-    made = [fixed(f"{OUTSIDE} held by {border}", border=border) for border in INSIDE]
+    changes = [fixed(f"{OUTSIDE} held by {border}", border=border) for border in INSIDE]
     options = {border: f"--parameter border={name}" for name, border in _OPTIONS.items() if has_option}
-    return [replace(each, hint=options.get(border, "")) for each, border in zip(made, INSIDE, strict=True)]
+    return [replace(change, hint=options.get(border, "")) for change, border in zip(changes, INSIDE, strict=True)]
 
 
-def beyond_occluded() -> Change:
+def occluding_border() -> Change:
     """Image points beyond the border that occlude."""
     return fixed(f"{OUTSIDE} {OCCLUDED}", border=OCCLUDED)
 
 
-def of_shifts() -> list[Change]:
+def shift_changes() -> list[Change]:
     """Image points shifted by texels along u, along v and along both."""
-    return shifts(lambda p, u, v: moved(p, [[1, 0, u], [0, 1, v], [0, 0, 1]]))
+    return shifts(lambda p, u, v: with_matrix(p, [[1, 0, u], [0, 1, v], [0, 0, 1]]))

@@ -49,33 +49,33 @@ class Counted(Formulated):
         if not self.unprojected:
             return super().seen_by(sight)
         depth = self.buffers.depth[self.rows, self.columns].astype(np.float64)
-        own = sight.points(self.columns, self.rows, depth)
-        return self.changed(sight=sight, buffers=with_view(self.buffers, sight.view), own=own)
+        surface_points = sight.points(self.columns, self.rows, depth)
+        return self.changed(sight=sight, buffers=with_view(self.buffers, sight.view), surface_points=surface_points)
 
     def changes(self) -> list[Change]:
         """All changes that are tried, those without values first."""
-        made = [*super().changes(), *self._of_matrices()]
-        made.append(fixed("offsets of half precision", points=half(self.radius * self.points) / self.radius))
-        for change in [change for change in made if change.kind == "samples turned the other way"]:
-            made.append(plain("offsets with x and y exchanged", partial(_exchanged, change)))
+        changes = [*super().changes(), *self._matrix_changes()]
+        changes.append(fixed("offsets of half precision", points=half(self.radius * self.points) / self.radius))
+        for change in [change for change in changes if change.kind == "samples turned the other way"]:
+            changes.append(plain("offsets with x and y exchanged", partial(_with_exchanged_offsets, change)))
         if "remap" not in self.options:
-            made.append(plain(REMAPPED, lambda p: p.then(lambda x: 2 * np.maximum(x - 0.5, 0))))
+            changes.append(plain(REMAPPED, lambda p: p.then(lambda x: 2 * np.maximum(x - 0.5, 0))))
         if self.estimator.normals:
             words = "samples not turned to the normal's side"
-            made.append(with_buffers(words, normals=lambda b: np.zeros_like(b.normals)))
-        made.append(scaled("turned samples", _turned, _TURNS, "samples turned by {} degrees about z"))
-        return [*made, *map(_of_length, range(len(self.points) if len(self.points) <= _MOST_LENGTHS else 0))]
+            changes.append(with_buffers(words, normals=lambda b: np.zeros_like(b.normals)))
+        changes.append(scaled("turned samples", _turned_samples, _TURNS, "samples turned by {} degrees about z"))
+        return [*changes, *map(_length_change, range(len(self.points) if len(self.points) <= _MOST_LENGTHS else 0))]
 
-    def _of_matrices(self) -> Iterator[Change]:
+    def _matrix_changes(self) -> Iterator[Change]:
         """One of the two matrices of Algorithm 1 from another view, or points of its depth."""
         for view, sight in self.others.items() if self.unprojected else ():
-            forth = partial(_with_matrix, view=sight.view)
-            yield plain(f"the matrix world to image of {view}, the inverse of its own", forth)
+            with_matrix = partial(_with_matrix, view=sight.view)
+            yield plain(f"the matrix world to image of {view}, the inverse of its own", with_matrix)
             yield plain(f"the inverse matrix of {view}, world to image of its own", partial(_with_inverse, sight=sight))
         for view, depth in self.textures("depth").items() if self.unprojected else ():
             yield plain(f"the depth of {view}, and points of it", partial(_with_depth, depth=depth))
 
-    def _of_ties(self) -> Iterator[Change]:
+    def _tie_changes(self) -> Iterator[Change]:
         """Other relations of the surface's depth and the sample's."""
         yield fixed("surDepth <= smp.z in place of <", ties=-1)
         yield fixed("surDepth > smp.z in place of <", sign=-1, background=NEAREST)
@@ -95,20 +95,20 @@ def _with_depth(problem: Counted, depth: NDArray[Any]) -> Counted:
 def _with_inverse(problem: Counted, sight: Sight) -> Counted:
     """The problem with the points that another sight makes of its depth."""
     depth = problem.buffers.depth[problem.rows, problem.columns].astype(np.float64)
-    return problem.changed(own=sight.points(problem.columns, problem.rows, depth))
+    return problem.changed(surface_points=sight.points(problem.columns, problem.rows, depth))
 
 
-def _exchanged(other: Change, problem: Counted) -> Any:
+def _with_exchanged_offsets(other: Change, problem: Counted) -> Any:
     """Offsets exchanged after they have turned are those of exchanged samples that turn the other way."""
     return other.apply(problem.changed(points=problem.points[:, [1, 0, 2]]), ())
 
 
-def _turned(problem: Counted, degrees: float) -> Counted:
+def _turned_samples(problem: Counted, degrees: float) -> Counted:
     c, s = cos(radians(degrees)), sin(radians(degrees))
     return problem.changed(points=problem.points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
 
 
-def _of_length(k: int) -> Change:
+def _length_change(k: int) -> Change:
     """Sample k as much longer."""
 
     def scale(problem: Counted, factor: float) -> Counted:

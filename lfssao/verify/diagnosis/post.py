@@ -17,9 +17,9 @@ from lfssao.verify.diagnosis.change import (
     Change,
     Function,
     Problem,
+    apply_border,
     cut,
     fixed,
-    hold,
     plain,
     scaled,
 )
@@ -39,15 +39,15 @@ VALUES = (
 )
 
 
-def of_texture(problem: Problem) -> list[Change]:
+def texture_changes(problem: Problem) -> list[Change]:
     """Changes of any texture of occlusion, whatever made it."""
-    others = [plain(f"the occlusion of {view}", partial(_of_view, view=view)) for view in problem.elsewhere()]
+    others = [plain(f"the occlusion of {view}", partial(_from_view, view=view)) for view in problem.other_views()]
     return [*VALUES, *FLIPS, *others, *cut(problem)]
 
 
-def _of_view(problem: Problem, view: str) -> Problem:
+def _from_view(problem: Problem, view: str) -> Problem:
     """The problem of a texture that is another view's."""
-    return problem.changed(given=problem.elsewhere()[view])
+    return problem.changed(replacement=problem.other_views()[view])
 
 
 def _maximum(layers: FloatArray) -> FloatArray:
@@ -70,8 +70,8 @@ class Merge(Problem):
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding."""
-        made = self.rule(self.layers[self.chosen])
-        return made * (1 - _ROUNDING), made * (1 + _ROUNDING)
+        merged = self.rule(self.layers[self.chosen])
+        return merged * (1 - _ROUNDING), merged * (1 + _ROUNDING)
 
     def changes(self) -> list[Change]:
         """All changes of the merge."""
@@ -84,7 +84,7 @@ class Merge(Problem):
             fixed("1 - product of (1 - ao) in place of maximum", rule=lambda a: 1 - np.prod(1 - a, axis=0)),
             *(fixed(f"ao_{k + 1} missing", chosen=numbers != k) for k in numbers if len(numbers) > 1),
             *(fixed(f"ao_{k + 1} alone", chosen=[k]) for k in numbers),
-            *of_texture(self),
+            *texture_changes(self),
         ]
 
 
@@ -105,20 +105,22 @@ class Blur(Problem):
         """The sum over the square of taps, with room for rounding."""
         height, width = self.merged.shape
         weights, steps = self._weights()
-        one = np.ones(1), np.zeros(1, np.int64)
-        across, down = ((weights, steps) if blurred else one for blurred in (self.horizontal, self.vertical))
+        identity = np.ones(1), np.zeros(1, np.int64)
+        across, down = ((weights, steps) if is_blurred else identity for is_blurred in (self.horizontal, self.vertical))
         i, j = self.columns[:, None] + across[1], self.rows[:, None] + down[1]
-        near = self.merged[hold(j, height, self.border)[:, :, None], hold(i, width, self.border)[:, None, :]]
+        tap_rows = apply_border(j, height, self.border)[:, :, None]
+        tap_columns = apply_border(i, width, self.border)[:, None, :]
+        taps = self.merged[tap_rows, tap_columns]
         w_i, w_j = np.broadcast_to(across[0], i.shape), np.broadcast_to(down[0], j.shape)
         if self.border in ("zero", "left out"):
             w_i, w_j = w_i * ((i >= 0) & (i < width)), w_j * ((j >= 0) & (j < height))
         if self.border == "left out":
             w_i, w_j = (w / w.sum(axis=1, keepdims=True) for w in (w_i, w_j))
         first, second = self.rounded
-        passed = second(np.einsum("kji,ki->kj", near.astype(np.float64), first(w_i)))
-        made = np.einsum("kj,kj->k", passed, first(w_j))
-        room = self.room / 4 + _ROUNDING * np.abs(made)
-        return made - room, made + room
+        first_pass = second(np.einsum("kji,ki->kj", taps.astype(np.float64), first(w_i)))
+        blurred = np.einsum("kj,kj->k", first_pass, first(w_j))
+        margin = self.interval_width / 4 + _ROUNDING * np.abs(blurred)
+        return blurred - margin, blurred + margin
 
     def _weights(self) -> tuple[FloatArray, NDArray[np.int64]]:
         """Weights and places of the taps along one axis."""
@@ -146,7 +148,7 @@ class Blur(Problem):
             fixed("blur of half precision", rounded=(half, half)),
             fixed("the first pass of the blur of half precision", rounded=(np.asarray, half)),
             scaled("sigma", lambda p, f: p.changed(sigma=p.sigma * f), _SIGMAS),
-            *of_texture(self),
+            *texture_changes(self),
         ]
 
 
@@ -161,13 +163,13 @@ class Shade(Problem):
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """The value with room for rounding; ``value`` is of the occlusion."""
-        made = self.rule(self.image, self.value(self.occlusion)[:, None])
-        room = self.room / 4 + _ROUNDING * np.abs(made)
-        return made - room, made + room
+        shaded = self.rule(self.image, self.value(self.occlusion)[:, None])
+        margin = self.interval_width / 4 + _ROUNDING * np.abs(shaded)
+        return shaded - margin, shaded + margin
 
     def changes(self) -> list[Change]:
         """All changes of the shading."""
-        made = [
+        changes = [
             fixed("image x ao in place of image x (1 - ao)", rule=lambda image, ao: image * ao),
             fixed("image without ao", rule=lambda image, ao: image),
             fixed("1 - ao without the image", rule=lambda image, ao: np.repeat(1 - ao, 3, axis=1)),
@@ -178,8 +180,8 @@ class Shade(Problem):
             fixed("red and blue exchanged", rule=lambda image, ao: (image * (1 - ao))[:, ::-1]),
         ]
         if self.merged is not None:
-            made.append(plain("merged in place of blurred", lambda p: p.changed(occlusion=p.merged)))
-        return [*made, *of_texture(self)]
+            changes.append(plain("merged in place of blurred", lambda p: p.changed(occlusion=p.merged)))
+        return [*changes, *texture_changes(self)]
 
 
 def half(values: NDArray[Any]) -> FloatArray:
@@ -190,11 +192,11 @@ def half(values: NDArray[Any]) -> FloatArray:
 
 def encode(linear: FloatArray) -> FloatArray:
     """SRGB values, 0 to 1, of linear light."""
-    held = np.clip(linear, 0, 1)
-    return np.where(held <= 0.0031308, 12.92 * held, 1.055 * held ** (1 / 2.4) - 0.055)
+    clipped = np.clip(linear, 0, 1)
+    return np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** (1 / 2.4) - 0.055)
 
 
 def decode(coded: FloatArray) -> FloatArray:
     """Linear light of sRGB values, 0 to 1."""
-    held = np.clip(coded, 0, 1)
-    return np.where(held <= 0.04045, held / 12.92, ((held + 0.055) / 1.055) ** 2.4)
+    clipped = np.clip(coded, 0, 1)
+    return np.where(clipped <= 0.04045, clipped / 12.92, ((clipped + 0.055) / 1.055) ** 2.4)

@@ -30,13 +30,13 @@ from lfssao.verify.case import (
 from lfssao.verify.diagnosis import post, surface
 from lfssao.verify.diagnosis.change import Places, Problem, no_textures
 from lfssao.verify.diagnosis.estimated import Estimated
-from lfssao.verify.diagnosis.formulated import Formulated, longer
+from lfssao.verify.diagnosis.formulated import Formulated, with_extra_texels
 from lfssao.verify.diagnosis.occlusion import Counted
 from lfssao.verify.diagnosis.search import beyond
 from lfssao.verify.diagnosis.views import Sight, sight_of
 from lfssao.verify.verdict import Judgement, Verdict
 
-Texels = dict[str, Any]  # what all problems have, by the names of their fields
+Fields = dict[str, Any]  # what all problems have, by the names of their fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ class Texture:
         return {f"ao_{k}": radius for k, radius in enumerate(self.case.parameters["radii"], start=1)}
 
     @cached_property
-    def _interval(self) -> Texels | None:
+    def _interval(self) -> Fields | None:
         """The reference's interval of depth or colour, and how far it bends between texels."""
         # The mesh knows what codes of a format were before they were stored.
         bounds = (self.stored and self.case.bounds.get(self.name)) or self.judged.bounds
@@ -80,7 +80,7 @@ class Texture:
         return {"lower": lower, "upper": upper, "bend": surface.bend(lower)}
 
     @cached_property
-    def _back(self) -> Matrix | None:
+    def _inverse(self) -> Matrix | None:
         """The matrix by which Algorithm 1 makes points of depth; None where points are those of a texture."""
         lf = self.case.parameters["estimator"] == "lf"
         return described_view(self.case.parameters).screen_to_world if lf else None
@@ -89,21 +89,21 @@ class Texture:
     def _buffers(self) -> Buffers:
         """The textures that estimators read."""
         inputs = self.inputs
-        if self._back is not None:
+        if self._inverse is not None:
             view = described_view(self.case.parameters)
-            positions = unprojected(view.image_z(inputs["depth"]), self._back)
+            positions = unprojected(view.image_z(inputs["depth"]), self._inverse)
             inputs = {**inputs, "positions": np.where(np.isnan(positions), np.inf, positions)}
         return described_buffers(self.case.parameters, inputs)
 
     @cached_property
-    def _longer(self) -> dict[int, Any]:
+    def _extended_textures(self) -> dict[int, Any]:
         """Textures with what formulas read behind them, by their identity (``Formulated``)."""
-        made = self._buffers
-        textures = [t for t in (made.depth, made.positions, made.normals) if t is not None]
-        return {id(t): longer(t, t.size // made.depth.size) for t in textures}
+        buffers = self._buffers
+        textures = [t for t in (buffers.depth, buffers.positions, buffers.normals) if t is not None]
+        return {id(t): with_extra_texels(t, t.size // buffers.depth.size) for t in textures}
 
     @cached_property
-    def _view(self) -> Texels:
+    def _view(self) -> Fields:
         """The reference's sight, the centre of its region of interest, and other modules' sights."""
         display, index = self.display or (None, None)
         sight = sight_of(described_view(self.case.parameters), display, index)
@@ -113,11 +113,11 @@ class Texture:
     def problem(self, places: Places) -> Problem | None:
         """The problem of some texels, by their numbers; None if a texture that it is made of is not known."""
         rows, columns = np.divmod(places, self.mine.shape[1])
-        return self._problem_at(_taken(self.mine, columns, rows), columns, rows)
+        return self._problem_at(_values_at(self.mine, columns, rows), columns, rows)
 
-    def _problem_at(self, own: FloatArray, columns: Places, rows: Places) -> Problem | None:
+    def _problem_at(self, values: FloatArray, columns: Places, rows: Places) -> Problem | None:
         """The problem of numbers that stand for texels."""
-        makers: dict[str, Callable[[Texels], Problem | None]] = {
+        problems_of_layers: dict[str, Callable[[Fields], Problem | None]] = {
             "depth": self._image,
             "positions": self._positions,
             "color": self._image,
@@ -126,115 +126,128 @@ class Texture:
             "blurred": self._blurred,
             "shaded": self._shaded,
         }
-        if self.name not in makers:
+        if self.name not in problems_of_layers:
             return None
         bounds, (height, width) = self.judged.bounds, self.mine.shape[:2]
-        room = np.zeros_like(own)
+        interval_width = np.zeros_like(values)
         if bounds is not None:
-            room = _taken(bounds.upper, columns, rows) - _taken(bounds.lower, columns, rows)
+            interval_width = _values_at(bounds.upper, columns, rows) - _values_at(bounds.lower, columns, rows)
 
         def flipped(across: bool, down: bool) -> Problem | None:
             places = width - 1 - columns if across else columns, height - 1 - rows if down else rows
-            return self._problem_at(own, *places)
+            return self._problem_at(values, *places)
 
-        off = np.zeros_like(own)
+        excess = np.zeros_like(values)
         if bounds is not None:
-            off = beyond(own, _taken(bounds.lower, columns, rows), _taken(bounds.upper, columns, rows))
+            excess = beyond(values, _values_at(bounds.lower, columns, rows), _values_at(bounds.upper, columns, rows))
         elif self.judged.verdict is Verdict.DIFFERENT:
-            off = np.abs(own - _taken(self.case.outputs[self.name], columns, rows))
+            excess = np.abs(values - _values_at(self.case.outputs[self.name], columns, rows))
 
-        def elsewhere() -> dict[str, FloatArray]:
+        def other_views() -> dict[str, FloatArray]:
             others = self.textures(self.name) if self.name != "shaded" else {}
-            return {view: _taken(texture, columns, rows) for view, texture in others.items()}
+            return {view: _values_at(texture, columns, rows) for view, texture in others.items()}
 
-        at: Texels = {"off": off, "mine": own, "columns": columns, "rows": rows, "room": room, "flipped": flipped}
-        at["elsewhere"] = elsewhere
+        fields: Fields = {
+            "excess": excess,
+            "mine": values,
+            "columns": columns,
+            "rows": rows,
+            "interval_width": interval_width,
+            "flipped": flipped,
+        }
+        fields["other_views"] = other_views
         if self.stored is not None:
-            at["store"] = partial(self.stored.ends, model=self.model)
-            at["floored"] = partial(self.stored.ends, model=self.model, floor=True) if self.stored.has_codes else None
-        return makers[self.name](at)
+            fields["store"] = partial(self.stored.ends, model=self.model)
+            fields["floored"] = (
+                partial(self.stored.ends, model=self.model, floor=True) if self.stored.has_codes else None
+            )
+        return problems_of_layers[self.name](fields)
 
-    def _image(self, at: Texels) -> surface.Image | None:
+    def _image(self, fields: Fields) -> surface.Image | None:
         if self._interval is None:
             return None
         if self.name == "color":
-            return surface.Color(**at, **self._interval)
+            return surface.Color(**fields, **self._interval)
         caster = None if self.caster is None else self.caster()
-        more = {**self._interval, **self._view}
-        return surface.Depth(**at, **more, model=self.model, textures=self.textures, caster=caster)
+        arguments = {**self._interval, **self._view}
+        return surface.Depth(**fields, **arguments, model=self.model, textures=self.textures, caster=caster)
 
-    def _positions(self, at: Texels) -> surface.Positions | None:
+    def _positions(self, fields: Fields) -> surface.Positions | None:
         depth, parameters = self.inputs.get("depth"), self.case.parameters
         if depth is None:
             return None
         return surface.Positions(
-            **at,
+            **fields,
             **self._view,
-            depth=_taken(described_view(parameters).image_z(depth), at["columns"], at["rows"]),
+            depth=_values_at(described_view(parameters).image_z(depth), fields["columns"], fields["rows"]),
             model=self.model,
             cast_from_world=parameters["view"]["cast_from_world"],
             size=depth.shape[::-1],
         )
 
-    def _ao(self, at: Texels) -> Estimated | None:
+    def _ao(self, fields: Fields) -> Estimated | None:
         """Occlusion of one radius by its estimator, in the places of depth; None where it needs what is not there."""
         parameters, inputs, name = self.case.parameters, self.inputs, self.case.parameters["estimator"]
-        if "depth" not in inputs or name not in ESTIMATORS or ("positions" not in inputs and self._back is None):
+        if "depth" not in inputs or name not in ESTIMATORS or ("positions" not in inputs and self._inverse is None):
             return None
         if described_neighbours(parameters, inputs) is None:
             return None
         guard, radius = (len(inputs["depth"]) - len(self.mine)) // 2, self.layers[self.name]
-        at = {**at, **self._view, "columns": at["columns"] + guard, "rows": at["rows"] + guard}
-        at |= {"rotation": parameters.get("rotation", "none"), "sampling": self.sampling, "radius": radius}
-        at |= {"seed": int(parameters.get("rotation_seed", 0)), "textures": self.textures, "places": self.places}
+        fields = {**fields, **self._view, "columns": fields["columns"] + guard, "rows": fields["rows"] + guard}
+        fields |= {"rotation": parameters.get("rotation", "none"), "sampling": self.sampling, "radius": radius}
+        fields |= {"seed": int(parameters.get("rotation_seed", 0)), "textures": self.textures, "places": self.places}
         estimator, options = find_estimator(name), described_options(parameters, radius)
         if estimator.reads_normals(options) and "normals" not in inputs:
             return None
         kind: type[Estimated] = Estimated
-        more: Texels = {"points": inputs.get("points"), "weights": inputs.get("weights")}
+        arguments: Fields = {"points": inputs.get("points"), "weights": inputs.get("weights")}
         if name == "lf":
-            estimator, more["points"] = find_estimator("point"), np.asarray(inputs["samples"], np.float64)
-            options, more["unprojected"] = estimator.parameters, self._back is not None
+            estimator, arguments["points"] = find_estimator("point"), np.asarray(inputs["samples"], np.float64)
+            options, arguments["unprojected"] = estimator.parameters, self._inverse is not None
         if estimator.reads_texels:
-            kind, more["longer"], more["look_ups"] = Formulated, self._longer, estimator.options(**options)
+            kind = Formulated
+            arguments["padded_textures"] = self._extended_textures
+            arguments["look_ups"] = estimator.options(**options)
         if name in ("lf", "point", "hemisphere"):
             kind = Counted
-        made = kind(
-            **at,
-            **more,
+        problem = kind(
+            **fields,
+            **arguments,
             estimator=estimator,
             buffers=self._buffers,
             options=options,
-            bounded=self.judged.bounds is not None,
-            asked=tuple(each["name"] for each in parameters.get("neighbours", ())),
+            has_interval=self.judged.bounds is not None,
+            neighbour_names=tuple(each["name"] for each in parameters.get("neighbours", ())),
             cost=1,  # a run of a whole texture makes all texels
         )
-        return made.changed(cost=made.samples * (4 if made.counts else 1)) if isinstance(made, Formulated) else made
+        if isinstance(problem, Formulated):
+            return problem.changed(cost=problem.samples * (4 if problem.counts else 1))
+        return problem
 
-    def _merged(self, at: Texels) -> post.Merge | None:
+    def _merged(self, fields: Fields) -> post.Merge | None:
         if not set(self.layers) <= set(self.inputs):
             return None
-        layers = [_taken(self.inputs[name], at["columns"], at["rows"]) for name in self.layers]
-        return post.Merge(**at, layers=np.stack(layers), cost=8 * len(layers))
+        layers = [_values_at(self.inputs[name], fields["columns"], fields["rows"]) for name in self.layers]
+        return post.Merge(**fields, layers=np.stack(layers), cost=8 * len(layers))
 
-    def _blurred(self, at: Texels) -> post.Blur | None:
+    def _blurred(self, fields: Fields) -> post.Blur | None:
         sigma, merged = float(self.case.parameters["sigma"]), self.inputs.get("merged")
         if merged is None or sigma == 0:
             return None
-        return post.Blur(**at, merged=merged, sigma=sigma, cost=int(2 * np.ceil(4 * sigma) + 1) ** 2)
+        return post.Blur(**fields, merged=merged, sigma=sigma, cost=int(2 * np.ceil(4 * sigma) + 1) ** 2)
 
-    def _shaded(self, at: Texels) -> post.Shade | None:
+    def _shaded(self, fields: Fields) -> post.Shade | None:
         image, blurred, merged = (self.inputs.get(name) for name in ("image", "blurred", "merged"))
         if image is None or blurred is None:
             return None
-        i, j = at["columns"], at["rows"]
+        i, j = fields["columns"], fields["rows"]
         return post.Shade(
-            **at,
-            image=_taken(self.cropped(image), i, j),
-            occlusion=_taken(blurred, i, j),
-            merged=None if merged is None else _taken(merged, i, j),
+            **fields,
+            image=_values_at(self.cropped(image), i, j),
+            occlusion=_values_at(blurred, i, j),
+            merged=None if merged is None else _values_at(merged, i, j),
         )
 
 
-def _taken(texture: NDArray[Any], columns: Places, rows: Places) -> FloatArray:
+def _values_at(texture: NDArray[Any], columns: Places, rows: Places) -> FloatArray:
     return np.asarray(texture[rows, columns], np.float64)

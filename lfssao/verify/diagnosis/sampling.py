@@ -72,15 +72,15 @@ def other_turns(
     """
 
     @cache
-    def of(name: str, rows: int, columns: int, number: int) -> NDArray[np.floating[Any]]:
+    def turns_of(name: str, rows: int, columns: int, number: int) -> NDArray[np.floating[Any]]:
         return texel_turns(name, rows, columns, number, np.dtype(np.float32))
 
     for name in ROTATIONS:
         if name not in ("none", rotation):
-            yield f"samples turned by '{name}'", partial(of, name, height, width, seed)
+            yield f"samples turned by '{name}'", partial(turns_of, name, height, width, seed)
     if rotation == "none":
         return
-    yield "turns of (row, column)", lambda: of(rotation, width, height, seed).transpose(0, 2, 1)
+    yield "turns of (row, column)", lambda: turns_of(rotation, width, height, seed).transpose(0, 2, 1)
     for words, down, across in (
         ("the next column", 0, 1),
         ("the column before", 0, -1),
@@ -89,23 +89,23 @@ def other_turns(
         ("the next column and row", 1, 1),
     ):
 
-        def moved(down: int = down, across: int = across) -> NDArray[np.floating[Any]]:
-            larger = of(rotation, height + 1, width + 1, seed)
+        def shifted_turns(down: int = down, across: int = across) -> NDArray[np.floating[Any]]:
+            larger = turns_of(rotation, height + 1, width + 1, seed)
             rows = np.clip(np.arange(height) + down, 0, height)
             columns = np.clip(np.arange(width) + across, 0, width)
             return larger[:, rows[:, None], columns]
 
-        yield f"turns of {words}", moved
+        yield f"turns of {words}", shifted_turns
     for layout, (across, down) in (places or {}).items():
         if 0 < (height + down) * (width + across) <= _MOST_PLACED:
             words = f"turns by the place in a texture of all views {layout}, not in the view's own"
 
-            def placed(down: int = down, across: int = across) -> NDArray[np.floating[Any]]:
-                return of(rotation, height + down, width + across, seed)[:, down:, across:]
+            def placed_turns(down: int = down, across: int = across) -> NDArray[np.floating[Any]]:
+                return turns_of(rotation, height + down, width + across, seed)[:, down:, across:]
 
-            yield words, placed
-    yield "turns of rows from below", lambda: of(rotation, height, width, seed)[:, ::-1]
-    yield "turns of columns from the right", lambda: of(rotation, height, width, seed)[:, :, ::-1]
+            yield words, placed_turns
+    yield "turns of rows from below", lambda: turns_of(rotation, height, width, seed)[:, ::-1]
+    yield "turns of columns from the right", lambda: turns_of(rotation, height, width, seed)[:, :, ::-1]
 
 
 def turn_seeds(rotation: str, seed: int) -> Iterator[tuple[str, int]]:
@@ -147,12 +147,12 @@ def table_seeds(samples: FloatArray, sampling: Mapping[str, Any]) -> dict[str, F
     ``sampling`` has the method and the seed by which the samples were made; where that is not so there are none.
     """
     n, d = samples.shape
-    method, own = sampling.get("method"), sampling.get("seed")
+    method, own_seed = sampling.get("method"), sampling.get("seed")
     whole, ring = {"r_min": 0.0, "r_max": 1.0}, {"r_min": 0.8, "r_max": 1.0}
     for domain, options in (("ball", ring), ("ball", whole)) if d == 3 else (("disk", {}),):
         with suppress(InputError):  # a table of a file has no method
-            made = [_table(domain, str(method), n, seed, **options) for seed in (own, *range(SEEDS))]
-            if np.array_equal(made[0], samples):
-                seeds = {f"samples of seed {k} in place of {own}": table for k, table in enumerate(made[1:])}
+            tables = [_table(domain, str(method), n, seed, **options) for seed in (own_seed, *range(SEEDS))]
+            if np.array_equal(tables[0], samples):
+                seeds = {f"samples of seed {k} in place of {own_seed}": table for k, table in enumerate(tables[1:])}
                 return {words: table for words, table in seeds.items() if not np.array_equal(table, samples)}
     return {}

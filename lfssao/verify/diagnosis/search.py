@@ -101,7 +101,7 @@ class Sample:
         low, high, _ = held(base)
         middle = 0.5 * (low + high)
         away = np.where(np.isfinite(middle), beyond(base.mine, middle, middle), beyond(base.mine, low, high))
-        return np.maximum(away, base.off)
+        return np.maximum(away, base.excess)
 
     @cached_property
     def _scale(self) -> float:

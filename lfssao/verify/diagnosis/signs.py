@@ -15,7 +15,7 @@ from lfssao.verify.diagnosis.change import Change, plain
 from lfssao.verify.verdict import Flags
 
 _MOST = 64  # samples
-_OFTEN = 2  # times as many wrong texels as samples, at least, tell their signs
+_TEXELS_PER_SAMPLE = 2  # times as many wrong texels as samples, at least, tell their signs
 _LISTED = 3  # samples
 _EXACT = 1e-4  # by which a sum of terms is the estimator's occlusion
 _NEARLY = 0.95  # share of the texels at which it is: others may be clamped
@@ -24,28 +24,30 @@ _NEARLY = 0.95  # share of the texels at which it is: others may be clamped
 def other_signs(problem: Any, wrong: Flags) -> Iterator[Change]:
     """The change of the samples whose z has the other sign, by the numbers of a problem that adds up samples' terms."""
     count = len(problem.points) if problem.has_ball else 0
-    if not 1 < count <= _MOST or np.count_nonzero(wrong) < _OFTEN * count:
+    if not 1 < count <= _MOST or np.count_nonzero(wrong) < _TEXELS_PER_SAMPLE * count:
         return
-    right, other = _terms(problem, count), _terms(_signed(problem, -np.ones(count)), count)
+    right, other = _sample_terms(problem, count), _sample_terms(_with_signs(problem, -np.ones(count)), count)
     values = problem.values()
     if np.mean(np.abs(right.sum(axis=0) - values) <= _EXACT) < _NEARLY:
         return
-    off = np.where(np.isfinite(problem.mine), problem.mine - values, 0)
-    parts, *_ = np.linalg.lstsq((other - right).T, off)
-    flipped = np.flatnonzero(parts > 0.5)
+    differences = np.where(np.isfinite(problem.mine), problem.mine - values, 0)
+    coefficients, *_ = np.linalg.lstsq((other - right).T, differences)
+    flipped = np.flatnonzero(coefficients > 0.5)
     if len(flipped):
         listed = ", ".join(map(str, flipped[:_LISTED])) + ", ..." * (len(flipped) > _LISTED)
         reason = ": the kernel is not folded" if (problem.table[:, 2] >= 0).all() else ""
         words = f"z of samples {listed} with the other sign, {len(flipped)} of {count}{reason}"
-        yield plain(words, partial(_signed, signs=np.where(parts > 0.5, -1.0, 1.0)))
+        yield plain(words, partial(_with_signs, signs=np.where(coefficients > 0.5, -1.0, 1.0)))
 
 
-def _signed(problem: Any, signs: FloatArray) -> Any:
+def _with_signs(problem: Any, signs: FloatArray) -> Any:
     """The problem with signs of the samples' z, (n,)."""
     return problem.changed(sample_factors=problem.sample_factors * np.where(np.arange(3) == 2, signs[:, None], 1.0))
 
 
-def _terms(problem: Any, count: int) -> FloatArray:
+def _sample_terms(problem: Any, count: int) -> FloatArray:
     """Each sample's part of occlusion, (count, K)."""
-    alone = [problem.changed(odd=(np.arange(count) != k, slice(None)), times=0.0) for k in range(count)]
-    return np.stack([each.values() for each in alone])
+    problems = [
+        problem.changed(reweighted=(np.arange(count) != k, slice(None)), weight_factor=0.0) for k in range(count)
+    ]
+    return np.stack([alone.values() for alone in problems])

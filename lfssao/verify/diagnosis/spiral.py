@@ -13,20 +13,22 @@ from lfssao.core.elementary import PI, sincospi
 from lfssao.verify.diagnosis.change import Change, plain
 
 
-def of_taps(problem: Any) -> Iterator[Change]:
+def tap_changes(problem: Any) -> Iterator[Change]:
     """Changes of the taps, of an estimator that has a spiral of them."""
     options = problem.estimator.options(**problem.options)
     if not isinstance(options, SaoOptions):
         return
     for words, half in (("(i + 1) / n", 0.5), ("i / n", -0.5)):
-        yield _changed(f"taps at {words} of the radius in place of (i + 1/2) / n", partial(_further, options, half))
-    yield _changed("the last tap left out, sum divided as before", partial(_some, slice(None, -1)))
-    yield _changed("the first tap left out, sum divided as before", partial(_some, slice(1, None)))
+        yield _tap_change(
+            f"taps at {words} of the radius in place of (i + 1/2) / n", partial(_shifted_taps, options, half)
+        )
+    yield _tap_change("the last tap left out, sum divided as before", partial(_selected_taps, slice(None, -1)))
+    yield _tap_change("the first tap left out, sum divided as before", partial(_selected_taps, slice(1, None)))
     if options.angle_sum == "float32":
-        yield _changed("samples turned the other way", _turned_back)
+        yield _tap_change("samples turned the other way", _turned_back)
 
 
-def _changed(kind: str, change: Callable[[Sao], Sao]) -> Change:
+def _tap_change(kind: str, change: Callable[[Sao], Sao]) -> Change:
     """A change of the estimator's numbers; nothing is known of its bounds, which are those of a name."""
 
     def apply(problem: Any) -> Any:
@@ -36,17 +38,17 @@ def _changed(kind: str, change: Callable[[Sao], Sao]) -> Change:
     return plain(kind, apply)
 
 
-def _further(options: SaoOptions, taps: float, numbers: Sao) -> Sao:
+def _shifted_taps(options: SaoOptions, taps: float, numbers: Sao) -> Sao:
     """Taps that lie further along the spiral by a part of the way to the next."""
     first, second = tap_angles(options)[:2] if options.taps > 1 else (0.0, 0.0)
     angles = tap_angles(options) + taps * (second - first)
     points = np.array([(*sincospi(angle / PI)[::-1], 0.0) for angle in angles.tolist()])
     points[:, 2] = numbers.points[:, 2] + taps / options.taps
-    own = None if numbers.angles is None else angles
-    return numbers._replace(points=points.astype(numbers.points.dtype), angles=own)
+    shifted = None if numbers.angles is None else angles
+    return numbers._replace(points=points.astype(numbers.points.dtype), angles=shifted)
 
 
-def _some(kept: slice, numbers: Sao) -> Sao:
+def _selected_taps(kept: slice, numbers: Sao) -> Sao:
     """Some of the taps."""
     angles = None if numbers.angles is None else np.ascontiguousarray(numbers.angles[kept])
     return numbers._replace(points=np.ascontiguousarray(numbers.points[kept]), angles=angles)

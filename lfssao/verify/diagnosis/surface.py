@@ -15,7 +15,18 @@ from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.bounds.depth import ROUNDINGS
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
-from lfssao.verify.diagnosis.change import Axis, Change, Function, Problem, cut, fixed, hold, plain, scaled, shifts
+from lfssao.verify.diagnosis.change import (
+    Axis,
+    Change,
+    Function,
+    Problem,
+    apply_border,
+    cut,
+    fixed,
+    plain,
+    scaled,
+    shifts,
+)
 from lfssao.verify.diagnosis.post import decode, encode, half
 from lfssao.verify.diagnosis.views import Sight, view_changes
 
@@ -44,7 +55,7 @@ class Image(Problem):
         low: Any = np.zeros(self.mine.shape)
         high, room = low, low
         for b, a in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            near = hold(j + b, height, "clamp"), hold(i + a, width, "clamp")
+            near = apply_border(j + b, height, "clamp"), apply_border(i + a, width, "clamp")
             weight = np.abs((1 - a) - (u - i)) * np.abs((1 - b) - (v - j))
             here, away = (x.reshape(-1, *[1] * (low.ndim - 1)) for x in (weight, off))
             low = low + np.where(here > 0, here * self.lower[near], 0.0)
@@ -80,7 +91,9 @@ class Depth(Image):
     caster: RayCaster | None = None  # of the mesh, in the reference's cast space, where it is at hand
     other: Sight | None = None  # a wrong renderer's, if it sees the scene otherwise
 
-    kept: ClassVar = {name: frozenset({"other", "value", "store", "shift"}) for name in ("_own", "_below", "_above")}
+    independent_fields: ClassVar = {
+        name: frozenset({"other", "value", "store", "shift"}) for name in ("_own", "_below", "_above")
+    }
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The reference's interval; of another sight, or between texels, what rays into the mesh see.
@@ -188,7 +201,7 @@ class Positions(Problem):
     shift: tuple[float, float] = (0.0, 0.0)
     rounded: Function | None = None  # applied to right positions, in place of the mapping of mine
 
-    kept: ClassVar = {"landed": frozenset({"columns", "rows", "depth", "shift"})}
+    independent_fields: ClassVar = {"landed": frozenset({"columns", "rows", "depth", "shift"})}
 
     @cached_property
     def landed(self) -> tuple[FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""How occlusion agrees on the surface: means, correlation and regression, inside of surfaces and at silhouettes."""
+"""Agreement of occlusion on the surface: means, correlation and regression, inside of surfaces and at silhouettes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,12 +15,13 @@ _STEP = 0.01  # of the range of depths
 
 @dataclass(frozen=True)
 class Agreement:
-    """Two textures on some texels, those that are finite in both."""
+    """The agreement of two textures on the texels of a part that are finite in both."""
 
     texels: int
     mean: float  # of the other renderer's
     reference_mean: float
-    # The least squares mine = slope reference + offset; None where the reference, for the first either, is constant
+    # The least squares fit is mine = slope reference + offset. Slope and offset are None if the reference is constant,
+    # the correlation if either texture is.
     correlation: float | None
     slope: float | None
     offset: float | None
@@ -28,7 +29,7 @@ class Agreement:
     within_code: float  # by at most 1/255, a code of 8 bits
 
     def words(self, part: str) -> str:
-        """All of it in a sentence; ``part``, one of ``PARTS``, says on which texels."""
+        """The agreement in a sentence; ``part`` is one of ``PARTS``."""
         regression = "" if self.slope is None else f"mine = {self.slope:.4g} reference {self.offset:+.4g}, "
         correlation = "" if self.correlation is None else f"correlation {self.correlation:.4f}, "
         shares = f"{100 * self.within_1e5:.4g} % within 1e-5, {100 * self.within_code:.4g} % within 1/255"
@@ -37,10 +38,11 @@ class Agreement:
 
 
 def surface_parts(depth: NDArray[np.float32], height: int) -> dict[str, Flags]:
-    """Texels inside of surfaces and at silhouettes, of a texture of so many rows; depth may have a guard band more.
+    """Flags of texels inside of surfaces and at silhouettes, for ``height`` rows; depth may have a guard band.
 
-    A texel is of a silhouette if one of the 3 x 3 around it sees no surface, or if depth bends there, along its row or
-    column, by more than 1 % of the texture's range: planes do not bend in a camera's depth.
+    A texel belongs to a silhouette if one of the 3 x 3 texels around it shows no surface, or if the second difference
+    of depth along its row or column exceeds 1 % of the texture's range. A plane has no second difference in a camera's
+    depth.
     """
     surface = np.isfinite(depth)
     depths = depth.astype(np.float64)
@@ -55,7 +57,7 @@ def surface_parts(depth: NDArray[np.float32], height: int) -> dict[str, Flags]:
 
 
 def agreements(mine: Plane, reference: Plane, parts: Mapping[str, Flags]) -> dict[str, Agreement]:
-    """How a layer of occlusion, (H, W), agrees on each of the parts that has texels."""
+    """The agreement of a layer of occlusion, (H, W), on each part that has texels."""
     found = {}
     for part, flags in parts.items():
         finite = flags & np.isfinite(mine) & np.isfinite(reference)

@@ -1,4 +1,4 @@
-"""The background, where there is no surface: a value that is not the reference's is judged apart, and named."""
+"""The background, where there is no surface: a value other than the reference's is judged apart and reported."""
 
 from dataclasses import replace
 from typing import Any
@@ -11,14 +11,14 @@ from lfssao.verify.case import VIEW, Array, Case
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.verdict import FAILED, Flags, Judgement, Verdict
 
-INFINITE_BACKGROUND = ("depth", "positions")  # whose background is infinity; 0 is that of all others
+INFINITE_BACKGROUND = ("depth", "positions")  # textures whose background is infinity; others have 0
 _LEAST_SHARE = 0.99  # of the texels without surface that share a value
 
 
 def background_value(name: str, mine: NDArray[Any], depth: NDArray[Any]) -> float | None:
-    """The value that another renderer has where the reference's depth sees nothing, if nearly all have one.
+    """Another renderer's value of the texels without a surface in the reference's depth, if nearly all have the same.
 
-    None if it is the reference's own, the texture has no such texels, or the values differ.
+    None if the value is the reference's own, if there are no such texels, or if their values differ.
     """
     empty = np.flatnonzero(~np.isfinite(without_guard(depth, (len(depth) - len(mine)) // 2)))
     if not len(empty):
@@ -32,7 +32,7 @@ def background_value(name: str, mine: NDArray[Any], depth: NDArray[Any]) -> floa
 
 
 def with_infinity(mine: NDArray[Any], value: float) -> tuple[NDArray[Any], Flags]:
-    """Depth or positions with infinity in place of a value, and the texels (H, W) that have it."""
+    """Depth or positions with infinity in place of a value, and flags of the texels, (H, W), that had the value."""
     flags = np.all(np.reshape(mine == mine.dtype.type(value), (*mine.shape[:2], -1)), axis=2)
     texture = mine.copy()
     texture[flags] = np.inf
@@ -42,10 +42,11 @@ def with_infinity(mine: NDArray[Any], value: float) -> tuple[NDArray[Any], Flags
 def replace_backgrounds(
     mine: dict[str, Array], layers: dict[str, Layer], case: Case, accepted: float | None
 ) -> dict[str, tuple[float, Flags]]:
-    """Give the renderer's depth and positions the reference's background; return what stood there otherwise.
+    """Give the renderer's depth and positions the reference's background; return the wrong backgrounds.
 
-    Returned are, by the textures' names, a value that all texels without surface share and the user does not
-    accept, and the texels of depth and positions that have it. Occlusion keeps its own, as later stages read it.
+    For each texture, by its name, that is a value that the user does not accept and nearly all texels without a surface
+    share, and flags of the texels of depth and positions with the value. Occlusion keeps its background, as later
+    stages read it.
     """
     depth = case.outputs.get("depth")
     backgrounds = {}
@@ -70,7 +71,7 @@ def replace_backgrounds(
 
 
 def with_wrong_background(judged: Judgement, flags: Flags) -> Judgement:
-    """The judgement of a texture whose background was replaced in some texels: these are wrong."""
+    """The judgement of a texture in which texels with a replaced background count as wrong."""
     if not judged.outside.size or not flags.any():
         return judged
     shape = judged.outside.shape

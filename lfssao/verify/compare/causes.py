@@ -1,4 +1,4 @@
-"""Causes: each change that explains textures, told once for all stages and modules."""
+"""Causes: changes of the reference that explain wrong textures, each reported once for all stages and modules."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,9 +24,9 @@ class Cause:
 
 
 def causes_of(results: Sequence[Result]) -> tuple[Cause, ...]:
-    """The fewest changes that explain all textures that have an explanation, those of the most textures first.
+    """The fewest changes that explain all explained textures, the change of the most textures first.
 
-    A change may explain a texture whose own best change is another one, if it is among those that fit as well.
+    A change may explain a texture with another best change, if it is among the texture's candidates.
     """
     unexplained = [r for r in results if r.diagnosis is not None and r.diagnosis.fits and r.diagnosis.candidates]
     causes = []
@@ -40,13 +40,13 @@ def causes_of(results: Sequence[Result]) -> tuple[Cause, ...]:
 
 
 def _own_candidate(result: Result, candidate: Candidate) -> Candidate | None:
-    """A texture's own candidate that is the same change with the same values."""
+    """The candidate of a texture that is the same change with the same values."""
     assert result.diagnosis is not None
     return _same_candidate(result.diagnosis.candidates, candidate)
 
 
 def _same_candidate(candidates: Sequence[Candidate], candidate: Candidate) -> Candidate | None:
-    """The one of some candidates that is the same change with the same values."""
+    """The first of the candidates that is the same change with the same values."""
     for own in candidates:
         if own.kind == candidate.kind and len(own.values) == len(candidate.values):
             pairs = zip(own.values, candidate.values, strict=True)
@@ -77,7 +77,7 @@ def _cause(best: Candidate, results: Sequence[Result]) -> Cause:
 
 
 def _equal_candidates(best: Candidate, results: Sequence[Result]) -> list[Candidate]:
-    """Changes that explain all of these textures as well as the best does."""
+    """Changes that explain all of the textures as well as the best change does."""
     diagnosis = results[0].diagnosis
     equal = () if diagnosis is None else diagnosis.candidates[: diagnosis.equal]
     if _same_candidate(equal, best) is None:

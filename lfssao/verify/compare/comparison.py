@@ -1,4 +1,4 @@
-"""A comparison: modules one after the other, each stage judged on what the renderer itself made before it."""
+"""A comparison: modules one after the other, each stage judged against the renderer's own earlier textures."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -46,10 +46,10 @@ _MEASURED_AT_ONCE = 2  # layers whose figures are made: NumPy and scikit-image u
 
 
 class Comparison:
-    """A comparison that is given its modules one by one; it keeps figures, and pictures of one module.
+    """A comparison, module by module; it keeps the figures of all modules and the pictures of one.
 
-    Its arguments and errors are those of ``compare``; ``modules`` are the names of those to be added. ``more`` are
-    views of other folders, in which causes are searched as in the reference's own (``Diagnoser``).
+    Its arguments and errors are those of ``compare``; ``modules`` are the names of the modules to add. The diagnosis
+    searches for causes in ``other_views``, views of other folders, too (``Diagnoser``).
     """
 
     def __init__(
@@ -137,7 +137,7 @@ class Comparison:
             self._notes += [f"{module}: channel {name} is not in the reference" for name in matcher.unused()]
 
     def _match_layers(self, module: str, matcher: Matcher, reference: Sequence[Layer]) -> dict[str, Layer | Result]:
-        """Layers by name, or results of those that cannot be compared, but for steps of a kit's case, all optional."""
+        """Layers by name, or results for layers that cannot be compared; steps of a kit's case are optional."""
         matched: dict[str, Layer | Result] = {}
         for expected in reference:
             try:
@@ -152,7 +152,7 @@ class Comparison:
         return matched
 
     def _judge(self, module: str, selected: Sequence[Layer], matched: Mapping[str, Layer | Result], case: Case) -> None:
-        """Judge the layers of a module that the other renderer has; those that it may leave out are not found."""
+        """Judge the layers of a module that the other renderer has; ``matched`` lacks layers that it may leave out."""
         layers = {name: layer for name, layer in matched.items() if isinstance(layer, Layer)}
         mine = {name: layer.texture.reshape(case.outputs[name].shape) for name, layer in layers.items()}
         stored = {name: layer.stored for name, layer in layers.items() if layer.stored is not None}
@@ -201,7 +201,7 @@ class Comparison:
             self._panels = panels
 
     def _with_surface(self, module: str, mine: Arrays, case: Case, names: Sequence[str]) -> Case:
-        """The case with bounds of depth and colour from the mesh, where one of them differs."""
+        """The case with bounds of depth and colour from the mesh, if one of them differs."""
         mesh_layers = [name for name in names if name in ("depth", "color")]
         if self._surface is None or all(equal_bits(mine[name], case.outputs[name]).all() for name in mesh_layers):
             return case  # casting rays takes long
@@ -218,7 +218,7 @@ class Comparison:
         expected: Layer,
         judgement: Judgement,
     ) -> Result:
-        """The result on a layer, but for its diagnosis."""
+        """The result on a layer, without its diagnosis."""
         if judgement.verdict is Verdict.EQUAL_BITS:
             return result_of(module, layer, expected, judgement, self._tolerance)
         from lfssao.verify.compare.reasons import reason_of  # late: only texels that differ have reasons
@@ -237,7 +237,7 @@ class Comparison:
         case: Case,
         background: float | None,
     ) -> None:
-        """Add the result on a layer with its diagnosis; ``judged`` has the verdict that tolerances leave."""
+        """Add the result on a layer with its diagnosis; the judgement's verdict is within tolerances."""
         module = result.module
         name = expected.name
         if self._diagnosis and case.stage == VIEW and judgement.verdict in WRONG:
@@ -265,14 +265,14 @@ class Comparison:
     def _power(
         self, name: str, mine: Arrays, case: Case, judgement: Judgement, layer: Layer, expected: Layer
     ) -> Power | None:
-        """How much it means that a texture is inside; None where it is not, or its bounds are no intervals."""
+        """The power of the verdict 'inside'; None for other verdicts, or if the bounds are no intervals."""
         if judgement.verdict is not Verdict.INSIDE or judgement.bounds is None:
             return None
         fails = partial(self._tolerance.fails, judgement.bounds, expected.planes)
         return power_of(name, mine, case, judgement.bounds, layer.stored, fails)
 
     def report(self) -> Report:
-        """The report on the modules that were added; InputError if a rule or layer names nothing of the reference."""
+        """The report on the added modules; InputError if the reference lacks a layer or channel that is named."""
         if self._layer_of_name:
             groups = {group_of(layer) for layer in self._layer_of_name.values()} - self._storage.rules.keys()
             for name in (*(self._layers or ()), *self._storage.named, *self._storage.formats):
@@ -311,7 +311,7 @@ def _page_textures(exact: bool) -> "Textures":
 
 
 def _surface_parts(case: Case) -> dict[str, Flags]:
-    """The texels of a case's occlusion by what of the surface they see; none where depth is not known."""
+    """Flags of a case's texels inside of surfaces and at silhouettes; empty if depth is not known."""
     depth: Array | None = case.outputs.get("depth")
     if depth is None or depth.ndim != 2:
         return {}
@@ -319,5 +319,5 @@ def _surface_parts(case: Case) -> dict[str, Flags]:
 
 
 def _is_occlusion_wrong(module: str, results: Sequence[Result]) -> bool:
-    """Whether a texture of a radius' occlusion of a module is wrong."""
+    """Whether the occlusion of any radius of a module is wrong."""
     return any(r.module == module and r.layer.startswith("ao_") and r.verdict in WRONG for r in results)

@@ -1,4 +1,4 @@
-"""Diagnoses of a comparison's modules, one after the other: what explains one texture is tried first on the next."""
+"""Diagnoses of a comparison's modules in turn: an explanation of one texture is tried first on the next."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
@@ -37,7 +37,7 @@ _MOST_MODULES = 6  # whose textures are tried: each takes a file to read
 class Diagnoser:
     """Diagnoses of the wrong textures of a reference's modules.
 
-    ``more`` are views of other folders, by the names that they are told by, each with its folder and its name there.
+    ``other_views`` are views of other folders by the labels in reports, each with its folder and its name there.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Diagnoser:
         self._names = sorted(self._views) if other_views else own
         self._reversed = dict(zip(self._names, reversed(self._names), strict=True))  # modules in reverse order
         self._layers = lru_cache(maxsize=2 * _MOST_MODULES)(self._read)
-        self._explanations: dict[str, list[Candidate]] = defaultdict(list)  # that explain a stage, the first first
+        self._explanations: dict[str, list[Candidate]] = defaultdict(list)  # by stage, in the order of discovery
         self._view_changes: Counter[Candidate] = Counter()  # numbers of the view, by the textures that they explain
         self._unexplained_stages: set[str] = set()  # stages in which nothing fitted
         self._unexplained: dict[str, WrongTexture] = {}  # textures of this module, by name
@@ -67,11 +67,11 @@ class Diagnoser:
         channel: str,
         background: float | None,
     ) -> Diagnosis | None:
-        """The diagnosis of a view's texture that is wrong; None if there is none.
+        """The diagnosis of a view's wrong texture; None if there is none.
 
-        A number of the view that explained any stage is tried first. A stage that could not be explained is searched
-        once. ``channel`` is the renderer's own name of the texture, ``background`` the wrong value that it had where
-        there is no surface, None if that was right.
+        Changes of the view that explained any stage are tried first. A stage without an explanation is searched only
+        once. ``channel`` is the renderer's own name of the texture, ``background`` its wrong value where there is no
+        surface, None if the background is right.
         """
         stage = name.rpartition("_")[0] if name.startswith("ao_") else name
         wrong = WrongTexture(
@@ -107,7 +107,7 @@ class Diagnoser:
         return diagnosis
 
     def late_diagnoses(self) -> dict[str, Diagnosis]:
-        """Diagnoses of a module's textures by numbers of the view that only its later stages told."""
+        """Diagnoses of a module's textures by changes of the view that only later stages revealed."""
         changes = [change for change, _ in self._view_changes.most_common()]
         unexplained = self._unexplained if changes else {}
         diagnoses = {name: wrong.diagnose(changes, search=False) for name, wrong in unexplained.items()}
@@ -119,7 +119,7 @@ class Diagnoser:
 
     @cached_property
     def _display(self) -> Display | Quilt | None:
-        """The display or the quilt of the reference's manifest, if it has one."""
+        """The display or the quilt of the reference's manifest; None if it has neither."""
         manifest = self._reference.manifest or {}
         entries = self._reference.entries
         if manifest.get("display") is None:
@@ -136,7 +136,7 @@ class Diagnoser:
 
     @cached_property
     def _sights(self) -> dict[str, Sight]:
-        """How each module sees the scene."""
+        """The sight of each module."""
         sights = {}
         for label, (reference, name) in self._views.items():
             view = described_view(reference.described(name).parameters)
@@ -145,7 +145,7 @@ class Diagnoser:
         return sights
 
     def _other_labels(self, module: str) -> dict[str, str]:
-        """Other modules, each by its name and whether it is this one's in reverse order."""
+        """Names of other modules by their labels, which mark the module at this one's place in reverse order."""
         return {self._label(module, other): other for other in self._names if other != module}
 
     def _label(self, module: str, other: str) -> str:
@@ -153,7 +153,10 @@ class Diagnoser:
         return f"{other} ({other.partition('_')[0]}s in reverse order)" if is_reversed else other
 
     def _other_textures(self, module: str, layer: str, case: Case) -> Iterator[tuple[str, NDArray[Any]]]:
-        """A layer of the module in this one's place in reverse order, and of the nearest, of its own one's size."""
+        """Yield a layer of other modules: the one at this one's place in reverse order, then the nearest ones.
+
+        Textures of another size are left out.
+        """
         others = [name for name in self._names if name != module]
         position = self._names.index
         others.sort(key=lambda other: (other != self._reversed[module], abs(position(other) - position(module))))
@@ -163,14 +166,14 @@ class Diagnoser:
                 yield self._label(module, other), texture
 
     def _read(self, label: str) -> Mapping[str, NDArray[Any]]:
-        """All layers of a view; none of a file that cannot be read, which is no candidate."""
+        """All layers of a view; none if its file cannot be read."""
         reference, name = self._views[label]
         with suppress(InputError):
             return {layer.name: layer.texture for layer in layers_of(read_image_file(reference.files[name]))}
         return {}
 
     def _layout_offsets(self, module: str, case: Case) -> dict[str, tuple[int, int]]:
-        """Columns and rows at which a view lies in one texture of all, by how they are laid out."""
+        """The view's column and row in one texture of all views, by the layout of the texture."""
         view = case.parameters["view"]
         index = self._names.index(module)
         width = view["width"]
@@ -191,7 +194,7 @@ def _view_number(module: str) -> int:
 
 
 def _background_candidate(name: str, value: float) -> Candidate:
-    """The candidate that names a background."""
+    """The candidate of a wrong background."""
     usual, hint = ("infinity", f"--background {value:g}") if name in INFINITE_BACKGROUND else ("0", "")
     words = f"background is {value:g} in place of {usual}"
     return Candidate("background", (value,), words, 1.0, 1.0, 1.0, hint=hint)

@@ -16,10 +16,10 @@ Facts = tuple[tuple[str, str], ...]
 
 
 def facts_of(mine: Mine, reference: Reference, modules: Sequence[str]) -> Facts:
-    """Names and words in the order in which they are shown; of a reference without a manifest few are known.
+    """Names and texts of the facts, in the order of the page; a reference without a manifest has few.
 
-    Each file of these modules that can be read has its SHA-256. A manifest may lack anything but what ``compare`` has
-    asked it for; InputError if it holds what 'lfssao render' does not write.
+    Each readable file of these modules has its SHA-256. A manifest may lack everything that ``compare`` has not read
+    before. InputError if it holds something that 'lfssao render' does not write.
     """
     now = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     with reading_manifest(reference.path):

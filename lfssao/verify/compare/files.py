@@ -25,7 +25,7 @@ class Mosaic:
     """A picture of all views of a quilt, side by side, or the texture of a panel behind lenses."""
 
     path: Path
-    layer: str  # that its name says; '' if its parts' names do
+    layer: str  # the layer in the file's name; '' if the names of its parts are layers
     place: Callable[[int], tuple[slice, slice]]  # rows and columns of a view or lens
 
     @cached_property
@@ -40,7 +40,7 @@ class Mosaic:
 
 @dataclass(frozen=True)
 class File:
-    """A file of a module: the layer that it holds, where its name or the user says so, or whether it holds others."""
+    """A file of a module: its layer, if its name or the user states one, and flags of files of several modules."""
 
     path: Path
     layer: str = ""
@@ -49,7 +49,7 @@ class File:
     mosaic: Mosaic | None = None
 
     def parts(self, module: str, names: Sequence[str], sizes: Collection[Size]) -> list[ImagePart]:
-        """The parts of one of the modules; one without name, or the only one of a user's file, has the layer's."""
+        """The parts of a module; a part without a name, or the only part of a user's file, gets the layer's name."""
         if self.mosaic is not None:
             return self.mosaic.parts(number_of(module))
         if self.shared:
@@ -62,10 +62,10 @@ class File:
 def match_files(
     paths: Sequence[Path], patterns: Files, names: Sequence[str]
 ) -> tuple[dict[str, list[File]], set[Path]]:
-    """The files of each module that are like patterns, PATTERN=LAYER or PATTERN, and all that are like one.
+    """The files of each module that match PATTERN=LAYER or PATTERN, and all files that match any pattern.
 
-    {module} and {number} stand for a module's name, or the number that it ends in, with or without zeros before it.
-    InputError if no file is like a pattern, or two are of one module.
+    {module} and {number} stand for a module's name, or the number at its end, with or without leading zeros.
+    InputError if no file matches a pattern, or two files match it for one module.
     """
     files: dict[str, list[File]] = {name: [] for name in names}
     matched = set()
@@ -98,13 +98,13 @@ def _is_name_or_number(word: str, name: str) -> bool:
 
 
 def module_of(word: str, names: Sequence[str]) -> str | None:
-    """The longest of the modules' names that a word begins with, as a whole word."""
+    """The longest module name at the start of a word, as a whole word; None if there is none."""
     matching = [name for name in names if word == name or (word.startswith(name) and not word[len(name)].isalnum())]
     return max(matching, key=len, default=None)
 
 
 def holds_modules(path: Path, names: Sequence[str]) -> bool:
-    """Whether parts or channels of an EXR file begin with modules' names; not if it cannot be read."""
+    """Whether parts or channels of an EXR file begin with modules' names; False if it cannot be read."""
     words: list[str] = []
 
     def record(part: str, channels: Sequence[str]) -> bool:
@@ -118,19 +118,19 @@ def holds_modules(path: Path, names: Sequence[str]) -> bool:
 
 
 def is_mosaic(path: Path) -> bool:
-    """Whether a file shows all views of a quilt, or lenses of a panel, by its name."""
+    """Whether a file's name is that of a picture of all views of a quilt, or of all lenses of a panel."""
     return layout_of(path.stem) is not None or panel_layer(path.stem) is not None
 
 
 def number_of(module: str) -> int:
-    """The number of a module, view or lens, by its name."""
+    """The number in the name of a module, view or lens."""
     return int(module.rpartition("_")[2])
 
 
 def mosaics_of(paths: Iterable[Path], folder: Path, manifest: Mapping[str, Any] | None) -> list[File]:
-    """The pictures of all views, known by their names, where the reference's folder has a quilt or a panel.
+    """The pictures of all views, by their names, if the reference's folder has a quilt or a panel.
 
-    InputError if the numbers of a name, or the texels of a picture, are not those of the quilt's views or the panel.
+    InputError if the numbers in a name, or the size of a picture, do not match the quilt's views or the panel.
     """
     mosaics = [path for path in paths if is_mosaic(path)]
     if manifest is None or not mosaics:
@@ -169,7 +169,7 @@ def _check_texels(path: Path, expected: Size, words: str) -> None:
 
 
 def _shared_parts(path: Path, module: str, names: Sequence[str], sizes: Collection[Size]) -> list[ImagePart]:
-    """The parts and channels of a module in a file of several, without its name."""
+    """The parts and channels of a module in a file of several modules, without the module's name."""
 
     def is_of_module(word: str) -> bool:
         return module_of(word, names) == module

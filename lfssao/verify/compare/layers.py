@@ -1,6 +1,6 @@
-"""The layers of a module's files, and the channels of another renderer's files that they are (DESIGN section 9).
+"""The layers of a module's files, and their matching channels in another renderer's files (DESIGN section 9).
 
-Another renderer's layers are stored as the types of its files, or the user, say.
+The types of the other renderer's files, or the user, determine the formats of its layers.
 """
 
 import re
@@ -16,7 +16,7 @@ from lfssao.files.image_file import ImagePart, Margins
 from lfssao.verify.bounds.stored import FORMATS, LINEAR, TextureFormat
 from lfssao.verify.verdict import Plane, Planes
 
-# The order of the passes: the earlier one of two stages that differ is to blame.
+# The order of the passes: of two stages that differ, the earlier one is wrong.
 _STAGES = ("depth", "positions", "normals", "color", "ao", "bent", "merged", "blurred", "shaded")
 _STANDARD = {"Z": "depth", "P": "positions", "N": "normals"}
 
@@ -29,15 +29,15 @@ class MismatchError(InputError):
 class Layer:
     """One texture of one module: its channels and their values, (H, W) each."""
 
-    name: str  # the stage that made it: depth, ao_1, merged, ... or the part's name, 'image' where it has none
+    name: str  # of the stage: depth, ao_1, merged, ... or of the part, 'image' if it has none
     channels: tuple[str, ...]
     planes: Planes
     margins: Margins | None  # of the data window beyond the display window, where the format has them
-    stored: TextureFormat | None = None  # how the values were stored, if not as float32
+    stored: TextureFormat | None = None  # the format of the file's values, None for float32
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All by which a rule may name the layer or a channel of it."""
+        """All names that a rule may use for the layer or one of its channels."""
         return (self.name, *self.channels, *(f"{self.name}.{channel}" for channel in self.channels))
 
     @property
@@ -64,12 +64,12 @@ def layers_of(parts: Sequence[ImagePart]) -> list[Layer]:
 
 
 def _is_vector_z(channel: str, part: ImagePart) -> bool:
-    """Whether a channel Z is not depth but that of X, Y and Z."""
+    """Whether a channel Z is not depth but the third of X, Y and Z."""
     return channel == "Z" and {"X", "Y"} <= {*part.channels}
 
 
 def _channel_order(channel: str) -> int:
-    """R G B A and X Y Z in that order, whatever the file's; -1 for all other names, which keep theirs."""
+    """A key that sorts R G B A and X Y Z; -1 for all other names, which keep the file's order."""
     last = channel.rpartition(".")[2]
     return "RGBA".find(last) if last in "RGBA" else "XYZ".find(last)
 
@@ -87,17 +87,17 @@ def is_occlusion(name: str) -> bool:
 
 
 def group_of(name: str) -> str:
-    """The name that stands for the layers of all radii: ao of ao_1, bent of bent_1; else the name itself."""
+    """The common name of the layers of all radii: ao of ao_1, bent of bent_1; else the name itself."""
     return re.sub("^(ao|bent)_[0-9]+$", r"\1", name)
 
 
 def is_selected(name: str, wanted: Sequence[str] | None) -> bool:
-    """Whether a layer is among those that are wanted, by its name or its group's; all are by None."""
+    """Whether a layer's name or its group's is among the wanted names; None selects all layers."""
     return wanted is None or name in wanted or group_of(name) in wanted
 
 
 def layers_without_intervals(names: Sequence[str]) -> set[str]:
-    """The layers of a rendered module whose intervals are not known, as layers that they are made of are missing."""
+    """The layers of a rendered module without known intervals, because layers of earlier passes are missing."""
     bent = () if "normals" in names else ("bent_",)
     derived = ("ao_", "bent_", "merged", "blurred", "shaded")
     unbounded = [name for name in names if name.startswith(bent if {"depth", "positions"} <= set(names) else derived)]
@@ -106,7 +106,7 @@ def layers_without_intervals(names: Sequence[str]) -> set[str]:
 
 @dataclass(frozen=True, eq=False)
 class _Channel:
-    """A channel of the other renderer: its part, its name in it and, as title, with it, its values."""
+    """A channel of the other renderer: its part, its name in the part, its full name as the title, and its values."""
 
     part: ImagePart
     name: str
@@ -117,12 +117,12 @@ class _Channel:
         return self.name in wanted or self.title in wanted
 
 
-# Channels that a sentence names.
+# Largest number of channels in a sentence.
 _MOST_TITLES = 6
 
 
 class Matcher:
-    """Finder of a reference's layers among another renderer's channels of a module, by ``--map`` or by names."""
+    """Matches a reference's layers with another renderer's channels of a module, by ``--map`` or by names."""
 
     def __init__(self, parts: Sequence[ImagePart], layers: Sequence[Layer], rules: Mapping[str, str]) -> None:
         self._parts = parts
@@ -136,7 +136,10 @@ class Matcher:
         self._used: set[_Channel] = set()
 
     def find(self, layer: Layer) -> Layer | None:
-        """The other's channels in the reference's order; None for none, MismatchError for some only, or two for one."""
+        """The other renderer's channels in the reference's order; None if it has none.
+
+        MismatchError if a channel is missing, or two channels match one.
+        """
         found = self._by_rule(layer)
         if found is None:
             found = [self._by_name(layer, channel) for channel in layer.channels]
@@ -156,21 +159,21 @@ class Matcher:
         return Layer(layer.name, tuple(c.title for c in chosen), tuple(c.plane for c in chosen), margins.pop())
 
     def matched(self, layer: Layer, storage: "Storage") -> Layer | None:
-        """The layer of ``find`` as float32; MismatchError where its size, data window or type is another."""
+        """The layer of ``find`` as float32; MismatchError if its size, data window or type differs."""
         found = self.find(layer)
         if found is None:
             return None
-        check_windows(found, layer)  # planes of another size are not decoded
+        check_windows(found, layer)  # before decoding: planes of another size are not decoded
         decoded = storage.read(found, layer)
         check_types(decoded, layer)
         return decoded
 
     def unused(self) -> list[str]:
-        """Channels of the other renderer that no layer of the reference was compared with."""
+        """Channels of the other renderer that match no layer of the reference."""
         return [c.title for c in self._all if c not in self._used]
 
     def why_missing(self, layer: Layer) -> str:
-        """Why a layer was not found, in a sentence that names channels which may be it; called at last."""
+        """Why a layer was not found, in a sentence that names possible channels; call it after all matches."""
         named = [self._rules[name] for name in layer.names if name in self._rules]
         if named:
             return f"there is no layer or channel '{named[0]}', which --map names: it has {self._titles(self._all)}"
@@ -181,11 +184,11 @@ class Matcher:
         return f"there is no such layer; if it is one of {self._titles(unused)}, say so by --map, such as --map {rule}"
 
     def _titles(self, channels: Sequence[_Channel]) -> str:
-        """Titles of the first of some channels."""
+        """Titles of the first channels."""
         return ", ".join(c.title for c in channels[:_MOST_TITLES]) + (", ..." if len(channels) > _MOST_TITLES else "")
 
     def _by_rule(self, layer: Layer) -> list[list[_Channel]] | None:
-        """Candidates of each channel where ``--map`` names the layer or any of its channels, else None."""
+        """Candidates of each channel if ``--map`` names the layer or one of its channels, else None."""
         if layer.name in self._rules:
             name = self._rules[layer.name]
             group = [c for c in self._all if c.part.name == name or c.name.rpartition(".")[0] == name]
@@ -206,7 +209,7 @@ class Matcher:
         ]
 
     def _by_name(self, layer: Layer, channel: str) -> list[_Channel]:
-        """Channels of that name: in a part of the layer's name, else among those that are no other layer's."""
+        """Channels of that name: in a part with the layer's name, else among channels that belong to no other layer."""
         others = [other for other in self._layers if other.name != layer.name]
         parts = {other.name for other in others}
         other_names = {name for other in others for name in other.channels} - set(layer.channels)
@@ -220,14 +223,17 @@ class Matcher:
         return []
 
     def _by_place(self, layer: Layer) -> list[list[_Channel]]:
-        """Channels in order, from a part with the layer's name, or the only part for the only layer, and as many."""
+        """All channels, in order, of a part with the layer's name, or of the only part for the only layer.
+
+        Their number must be the layer's.
+        """
         group = [c for c in self._all if c.part.name == layer.name]
         if not group and len(self._layers) == len(self._parts) == 1:
             group = list(self._all)
         return self._in_order(layer, group) if len(group) == len(layer.channels) else [[]]
 
     def _in_order(self, layer: Layer, group: list[_Channel]) -> list[list[_Channel]]:
-        """Channels by the last word of their names where these are the same, else by their places."""
+        """Channels by the last word of their names if these are the layer's, else by their order."""
         last = {c.name.rpartition(".")[2]: c for c in group}
         words = [channel.rpartition(".")[2] for channel in layer.channels]
         if set(words) == set(last):
@@ -236,7 +242,7 @@ class Matcher:
 
 
 def _full_name(layer: str, channel: str) -> str:
-    """A channel's name with its layer's before it, where it has none of its own."""
+    """A channel's name, with the layer's before it unless it has one."""
     return channel if "." in channel else f"{layer}.{channel}"
 
 
@@ -267,7 +273,7 @@ _VISIBILITY = "1-"  # before a name of the reference in a rule
 
 
 class Storage:
-    """Formats by layer (``--stored``), and layers that are visibility (``--map X=1-merged``), checked (InputError)."""
+    """Formats of layers (``--stored``), and layers of visibility (``--map X=1-merged``); InputError if wrong."""
 
     def __init__(self, formats: Mapping[str, str], rules: Mapping[str, str]) -> None:
         for name, format_name in formats.items():
@@ -284,7 +290,7 @@ class Storage:
         self.rules = {name: mine for name, mine in self.rules.items() if mine}  # '' is found by its own name
 
     def read(self, mine: Layer, reference: Layer) -> Layer:
-        """A layer as float32, with how it was stored; MismatchError for types that are not what the user says."""
+        """A layer as float32, with its format; MismatchError if its type is not the one that the user states."""
         name = reference.name
         (dtype, *other_types) = {plane.dtype.name for plane in mine.planes}
         visibility = not self._inverted.isdisjoint((*reference.names, group_of(name)))

@@ -1,7 +1,7 @@
 """Another renderer's distances along a camera's axis, where the reference's depth is screen space z.
 
-Distances are judged against screen z, by what a renderer may make of it. Later stages are made of the distances, and
-are judged in a linear view: between planes at 0.1 and 50, screen z of 5 is off by 50 times more than float32 is.
+Distances are judged by the interval that a renderer may compute from screen z. Later stages read the distances and are
+judged in a linear view: between planes at 0.1 and 50, the error of screen z at 5 is 50 times that of float32.
 """
 
 from dataclasses import replace
@@ -18,20 +18,20 @@ from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.case import VIEW, Array, Arrays, Case, described_view
 from lfssao.verify.compare.view_case import view_parameters
 
-_FARTHEST = 1 - 2.0**-22  # of the far plane's distance: from there on there is no surface
+_FARTHEST = 1 - 2.0**-22  # share of the far plane's distance from which there is no surface
 
 
 def check_camera(case: Case) -> None:
-    """Refuse (InputError) cases that are not of a camera's view, whose depth no distances along an axis are."""
+    """Refuse (InputError) cases that are not of a camera's view: their depth is no distance along an axis."""
     if case.stage != VIEW or case.parameters["screen_to_world"] is None:
         raise InputError("--stored: depth cannot be 'linear': the reference is not of a camera")
 
 
 def linear_case(case: Case, mine: Arrays, model: ErrorModel) -> tuple[Case, dict[str, Array]]:
-    """The case of a linear view, and the renderer's textures, whose depth holds distances, infinite for no surface.
+    """The case of a linear view, and the renderer's textures with distances as depth, infinite without a surface.
 
-    No surface is infinity, 0, or from the far plane on. Positions that the renderer did not write are those of its
-    distances. Bounds of depth are among the case's.
+    Infinity, 0 and distances from the far plane on mean no surface. If the renderer has no positions, they are computed
+    from its distances. The case includes the bounds of depth.
     """
     view = described_view(case.parameters)
     distances = mine["depth"]
@@ -73,7 +73,7 @@ def _positions(view: View, distances: Texture) -> Texture:
 
 @np.errstate(all="ignore")  # a wrong distance may be any number
 def _conversion_error(view: View, distances: Texture, model: ErrorModel) -> FloatArray:
-    """How far distances may be off that a renderer made of screen space z, (H, W); 0 where there is no surface."""
+    """Largest error of distances that a renderer computes from screen space z, (H, W); 0 without a surface."""
     z = distances.astype(np.float64)
     screen = view.depth_at(z)
     lower, upper = distance_ends(view, screen, screen, model)
@@ -81,7 +81,7 @@ def _conversion_error(view: View, distances: Texture, model: ErrorModel) -> Floa
 
 
 def _distance_bounds(view: View, bounds: Bounds, model: ErrorModel) -> Bounds:
-    """Bounds of the distances that renderers make of screen space z within bounds."""
+    """Bounds of the distances that renderers compute from screen space z within bounds."""
 
     def ends(lower: Texture, upper: Texture) -> tuple[Texture, Texture]:
         low, high = distance_ends(view, lower.astype(np.float64), upper.astype(np.float64), model)

@@ -1,4 +1,4 @@
-"""Distances of two textures: bits, ulp, mean, RMSE, PSNR, SSIM, and numbers that are finite in one only."""
+"""Distances between two textures: bits, ulp, mean, RMSE, PSNR, SSIM, and numbers that are finite in only one."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -11,21 +11,21 @@ from lfssao.verify.verdict import Flags, Plane, Planes, equal_bits, equal_values
 
 @dataclass(frozen=True)
 class Metrics:
-    """Distances of two textures of one type and size, over the texels and channels that are finite in both."""
+    """Distances between two textures of one type and size, over the numbers that are finite in both."""
 
     texels: int  # number of texels
     differing: int  # number of texels that differ in a bit of any channel
-    # Greatest distance in representable numbers; -0 and +0 are 0 apart. None where it means nothing: for integers,
-    # above 2^20, and where one of the two numbers is 0 or subnormal or has another sign.
+    # Greatest distance in representable numbers; -0 and +0 are 0 apart. None for integers, above 2^20, and if one of
+    # the two numbers is 0 or subnormal or has another sign.
     max_ulp: int | None = 0
     max_error: float = 0.0  # figures of the absolute difference, in the texture's unit
     mean_error: float = 0.0
     rmse: float = 0.0
-    # Peak signal-to-noise ratio, dB; the peak is 1 where the reference lies within 0 to 1, the largest code of
-    # integers, else the reference's range. None where nothing differs or the range is 0.
+    # Peak signal-to-noise ratio, dB; the peak is 1 if the reference lies within 0 to 1, the largest code of integers,
+    # else the reference's range. None if nothing differs or the range is 0.
     psnr: float | None = None
-    # Mean structural similarity (Wang et al. 2004) over the channels, uniform windows of 7 texels or what fits. None
-    # for images less than 3 texels wide or high and where the range is 0.
+    # Mean structural similarity (Wang et al. 2004) over the channels, with uniform windows of at most 7 texels. None
+    # for images less than 3 texels wide or high and if the range is 0.
     ssim: float | None = 1.0
     nan_mismatches: int = 0  # numbers that are NaN in one only
     infinity_mismatches: int = 0  # infinite in one only, or with another sign
@@ -49,7 +49,7 @@ def _ordered_integers(a: Plane) -> NDArray[np.int64]:
 
 
 def _max_ulp(x: Plane, y: Plane) -> int | None:
-    """Greatest distance of finite numbers, (n,), in ulp; None where it means nothing."""
+    """Greatest distance of finite numbers, (n,), in ulp; None where it is undefined (``Metrics.max_ulp``)."""
     distances = ulp_distance(x, y)
     most = int(distances.max(initial=0))
     if most == 0:
@@ -92,7 +92,7 @@ def measure(mine: Planes, reference: Planes) -> Metrics:
 
 
 def span(texture: Plane) -> tuple[float, float]:
-    """Ends of a signal: 0 and 1 where all lies between, as AO and colours do; 0 and the largest code of integers."""
+    """Ends of a signal: 0 and 1 if all values lie between, as AO and colours do; 0 and the largest code of integers."""
     if texture.dtype.kind != "f":
         return 0.0, float(np.iinfo(texture.dtype).max)
     finite = texture[np.isfinite(texture)]
@@ -102,7 +102,7 @@ def span(texture: Plane) -> tuple[float, float]:
 
 
 def difference(mine: Planes, reference: Planes) -> NDArray[np.float64]:
-    """Largest absolute difference of a texel's channels, (H, W); infinite where one is not finite and the other is."""
+    """Largest absolute difference of a texel's channels, (H, W); infinite where only one of the two is finite."""
     a = np.stack(mine)
     b = np.stack(reference)
     with np.errstate(all="ignore"):
@@ -113,7 +113,7 @@ def difference(mine: Planes, reference: Planes) -> NDArray[np.float64]:
 
 
 def _ssim(a: Plane, b: Plane, finite: Flags, peak: float) -> float | None:
-    """SSIM of scikit-image; numbers that are not finite in both are given one value in both."""
+    """SSIM of scikit-image; one value replaces numbers that are not finite in both."""
     side = min(7, *a.shape[1:])
     side -= 1 - side % 2
     if side < 3 or not 0 < peak < np.inf:

@@ -1,7 +1,7 @@
-"""Depth textures of the modules that a module of the reference asks: the other renderer's own, as for other stages.
+"""Depth textures of the neighbours of the reference's modules: the other renderer's own, as for other stages.
 
-The reference's stands in where it has none that can be used. That of a module that was not rendered is cast from the
-mesh.
+If the renderer has no usable depth of a neighbour, the reference's replaces it. The depth of a module that was not
+rendered is cast from the mesh.
 """
 
 from contextlib import suppress
@@ -19,11 +19,11 @@ from lfssao.verify.compare.layers import Layer, Matcher, Storage
 from lfssao.verify.compare.source import Mine, Reference
 from lfssao.verify.compare.surface import Surface
 
-_CACHED = 17  # depth textures in memory: modules in turn need twice as many as they ask, and one
+_CACHED = 17  # depth textures in memory: modules in turn need twice the number of their neighbours, and one
 
 
 class Neighbours:
-    """Depth textures that a comparison's modules ask for; ``background`` is that of ``compare``."""
+    """Depth textures of the neighbours of a comparison's modules; ``background`` is the argument of ``compare``."""
 
     def __init__(
         self, reference: Reference, mine: Mine, storage: Storage, surface: Surface | None, background: float | None
@@ -38,7 +38,7 @@ class Neighbours:
         self._rendered: set[str] = set()  # modules whose depth is the other renderer's
 
     def with_depths(self, case: Case) -> Case:
-        """The case with the depth of each module that it asks among its inputs, as far as that is at hand."""
+        """The case with the depth of each neighbour among its inputs, if it is available."""
         depths: dict[str, Array] = {}
         for neighbour in case.parameters.get("neighbours") or ():
             self._views[neighbour["name"]] = described_view(neighbour)
@@ -48,7 +48,7 @@ class Neighbours:
         return replace(case, inputs={**case.inputs, **depths})
 
     def note(self, module: str, case: Case) -> str:
-        """A sentence on depth that is not the other renderer's own, or not at hand; '' if all is its own."""
+        """A sentence on depth that is not the other renderer's own, or not available; '' if all is its own."""
         neighbours = case.parameters.get("neighbours", ())
         if neighbours is None:
             return f"{module}: no interval of occlusion is known, as the manifest does not say which modules it asks"
@@ -61,7 +61,7 @@ class Neighbours:
         return others and f"{module}: it asks {others}, whose depth is the reference's: the renderer's own is missing"
 
     def _find_depth_texture(self, module: str) -> Array | None:
-        """The depth of a module: the other renderer's, else the reference's, else cast; None if none can be had."""
+        """The depth of a module: the other renderer's, else the reference's, else cast; None if none is available."""
         if module not in self._reference.files:
             return self._cast(module)
         with suppress(InputError):  # a file that cannot be read is named where it is compared
@@ -75,7 +75,7 @@ class Neighbours:
         return self._cast(module)
 
     def _rendered_depth(self, module: str, expected: Layer, layers: list[Layer]) -> Array | None:
-        """The other renderer's depth of a module with the reference's background; None if it cannot be used."""
+        """The other renderer's depth of a module with the reference's background; None if it is not usable."""
         with suppress(InputError):
             parts = self._mine.parts(module, {expected.planes[0].shape[::-1]})
             layer = Matcher(parts, layers, self._storage.rules).matched(expected, self._storage)
@@ -88,7 +88,7 @@ class Neighbours:
         return None
 
     def _cast(self, module: str) -> Array | None:
-        """The depth of a module that was asked, from the mesh; None where that is not at hand or cannot be cast."""
+        """The depth of a neighbour, cast from the mesh; None if there is no mesh or the cast fails."""
         entry = next(iter(self._reference.entries.values()))
         caster = None if self._surface is None else self._surface.caster(entry)
         if caster is None:

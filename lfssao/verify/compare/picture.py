@@ -1,4 +1,4 @@
-"""The difference picture of one module: each stage's two textures, their difference and where it is right."""
+"""The difference picture of one module: both textures of each stage, their difference, and each texel's verdict."""
 
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import difference, span
 from lfssao.verify.verdict import FAILED, Judgement, Verdict, texels
 
-WIDTH = 480  # pixels of each panel, at most
+WIDTH = 480  # largest side of a panel, pixels
 WORST_RANK = 2  # of panels that show what is wrong
 _MOST_ROWS = 12
 _FORMATS = (".png", ".svg", ".pdf")
@@ -22,7 +22,7 @@ _MEANINGS = ("equal bits", "differs, right", "outside, or differs where no inter
 
 
 class Panels:
-    """The picture's panels of one module, small: textures as 8-bit colours, differences and verdicts by maxima."""
+    """The small panels of one module: textures as 8-bit colours, and maxima of differences and verdicts."""
 
     def __init__(self, module: str) -> None:
         self.module = module
@@ -30,7 +30,7 @@ class Panels:
         self.rows: list[dict[str, Any]] = []
 
     def offer(self, mine: Layer, reference: Layer, judgement: Judgement) -> None:
-        """Keep a stage; the first alone of those with equal bits, until one differs."""
+        """Keep a stage; of stages with equal bits only the first, until a stage differs."""
         verdict = judgement.verdict
         rank = 0 if verdict is Verdict.EQUAL_BITS else 1 if verdict.code < FAILED else WORST_RANK
         if (self.rows and rank == 0) or len(self.rows) >= _MOST_ROWS:
@@ -53,12 +53,12 @@ class Panels:
 
 
 def step_of(shape: tuple[int, ...]) -> int:
-    """Texels of a side of the blocks that a preview of a texture, (H, W), shows as one pixel."""
+    """The side, texels, of the blocks that a preview of a texture, (H, W), shows as one pixel."""
     return max(1, -(-max(shape) // WIDTH))
 
 
 def colors_of(layer: Layer, reference: Layer, step: int) -> NDArray[np.uint8]:
-    """Codes (H, W, 3) of each ``step``-th texel by the reference's range: colours in sRGB, others as they are or grey.
+    """Codes (H, W, 3) of each ``step``-th texel, scaled by the reference's range: colours in sRGB, others unchanged.
 
     Infinity is white. Layers whose channels are the reference's R, G and B are colours.
     """
@@ -80,7 +80,7 @@ def scale_of(difference: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def largest(array: NDArray[Any], step: int) -> NDArray[Any]:
-    """The largest value of each block of step x step texels, all at least 0: one wrong texel stays visible."""
+    """The largest value of each block of step x step texels, none negative: one wrong texel stays visible."""
     rows, columns = (np.arange(0, size, step) for size in array.shape)
     most: NDArray[Any] = np.maximum.reduceat(np.maximum.reduceat(array, rows, axis=0), columns, axis=1)
     return most
@@ -117,7 +117,7 @@ def save_panels(panels: Panels | None, path: Path) -> None:
 
 
 def _draw_difference(figure: Any, axes: Any, difference: NDArray[np.float64]) -> None:
-    """Magnitudes on a logarithmic scale; 0 is grey, infinite magenta."""
+    """Draw magnitudes on a logarithmic scale; 0 is grey, infinite magenta."""
     from matplotlib import colormaps
     from matplotlib.colors import LogNorm
 

@@ -1,7 +1,7 @@
-"""Power of a verdict 'inside': how wide the intervals are, and the smallest error of AO that they would have shown.
+"""Power of a verdict 'inside': the width of the intervals, and the smallest error of AO that they detect.
 
-Intervals of 0 to 1 hold for any texture, so 'inside' says little of one that is judged by them. The renderer's own AO
-is multiplied by one factor after the other, stored again, and judged by the same intervals.
+Any texture lies inside intervals of 0 to 1, so that verdict proves little. To measure its power, the renderer's AO is
+multiplied by one factor after the other, stored again, and judged by the same intervals.
 """
 
 from collections.abc import Callable
@@ -19,11 +19,11 @@ from lfssao.verify.compare.layers import is_occlusion
 from lfssao.verify.judge import stage_inputs
 from lfssao.verify.verdict import Flags, Verdict, interval_verdict
 
-# Factors on AO, tried in turn; a verdict is weak where AO times WEAK would be inside as well.
+# Factors on AO, tried in turn; a verdict is weak if AO times WEAK would be inside as well.
 FACTORS = (0.999, 0.998, 0.995, 0.99, 0.98, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5)
 WEAK = 0.95
-# AO that is worth the word: AO, or what it takes from the image, is above DARK at a SHARE of the surface's texels, in
-# the renderer's texture or the reference's. Times WEAK it changes by half a code of 8 bits at least.
+# A texture has enough AO if AO, or its darkening of the image, exceeds DARK at a SHARE of the surface's texels, in the
+# renderer's texture or the reference's. Times WEAK, such AO changes by at least half a code of 8 bits.
 DARK = 0.05
 SHARE = 0.01
 
@@ -32,11 +32,11 @@ Fails = Callable[[Texture], bool]
 
 @dataclass(frozen=True)
 class Power:
-    """How much it means that a texture is inside its intervals."""
+    """The power of the verdict that a texture is inside its intervals."""
 
     width: float  # median of upper - lower over the surface's texels and channels, in the texture's unit
-    factor: float | None = None  # largest of FACTORS with which AO would fail; None if it would with none
-    # Share of the surface's texels with AO above DARK, 0 to 1; None where no AO goes into the texture or it is unknown.
+    factor: float | None = None  # largest of FACTORS with which AO would fail; None if it never fails
+    # Share of the surface's texels with AO above DARK, 0 to 1; None if the texture has no AO or it is unknown.
     share: float | None = None
     weak: bool = False  # whether there is a SHARE of AO and AO x WEAK would be inside
 
@@ -53,20 +53,20 @@ class Power:
 
 @dataclass(frozen=True, eq=False)
 class _ShownOcclusion:
-    """The AO that a texture shows."""
+    """The AO in a texture."""
 
     rendered: Texture  # (H, W), the renderer's
     reference: Texture  # the reference's
-    image: Texture | None = None  # (H, W, 3) that 1 - AO is multiplied into; None where the texture is AO itself
+    image: Texture | None = None  # (H, W, 3), multiplied by 1 - AO; None if the texture is AO itself
 
     def scaled(self, factor: float, stored: TextureFormat | None) -> Texture:
-        """The texture with AO times a factor, as it is read where it is stored."""
+        """The texture with AO times a factor, after storing."""
         ao = self.rendered * np.float32(factor)
         texture = ao if self.image is None else shade(self.image, ao)
         return texture if stored is None else stored.round_trip(texture)
 
     def share(self, surface: Flags) -> float:
-        """Share of the surface's texels with AO above DARK, or with an image that AO takes as much from."""
+        """Share of the surface's texels at which AO, or its darkening of the image, exceeds DARK."""
         if not surface.any():
             return 0.0
         darkening = np.maximum(self.rendered[surface], self.reference[surface])
@@ -76,11 +76,11 @@ class _ShownOcclusion:
 
 
 def power_of(name: str, mine: Arrays, case: Case, bounds: Bounds, stored: TextureFormat | None, fails: Fails) -> Power:
-    """The power of a texture's bounds, inside which it is.
+    """The power of a texture's bounds; the texture is inside.
 
-    ``mine`` are the renderer's textures by their names; ``fails`` says whether a texture in place of the one that was
-    judged would fail, with all that is tolerated. The verdict on a case of a kit is never weak: a case is small, and
-    may be made for its samples to be undecided.
+    ``mine`` are the renderer's textures by their names. ``fails`` tells whether another texture would fail, tolerances
+    included. The verdict on a case of a kit is never weak: a case is small, and some are designed for undecided
+    samples.
     """
     shape = bounds.lower.shape[:2]
     surface = _surface(case, shape)
@@ -104,7 +104,7 @@ def _median_width(bounds: Bounds, surface: Flags) -> float:
 
 
 def _surface(case: Case, shape: tuple[int, ...]) -> Flags:
-    """Whether a texture's texels see a surface; all do where depth, which may have a guard band more, is not known."""
+    """Flags of texels that show a surface, all if depth is not known; depth may have a guard band."""
     depth: Any = {**case.inputs, **case.outputs}.get("depth")
     if depth is None or depth.ndim != 2 or len(shape) != 2:
         return np.ones(shape, np.bool_)
@@ -113,7 +113,7 @@ def _surface(case: Case, shape: tuple[int, ...]) -> Flags:
 
 
 def _shown_occlusion(name: str, mine: Arrays, case: Case) -> _ShownOcclusion | None:
-    """The AO that a texture shows; None where none goes into it, or its image or AO are not known."""
+    """The AO in a texture; None if it has none, or if its image or AO are not known."""
     if is_occlusion(name) or name == "occlusion":
         return _ShownOcclusion(mine[name], case.outputs[name])
     inputs = stage_inputs(mine, case)

@@ -1,4 +1,4 @@
-"""Reasons of verdicts: why a texel is what it is, in one sentence."""
+"""Reasons of verdicts: one sentence that explains a texel's value."""
 
 from collections.abc import Callable
 from functools import cache
@@ -27,8 +27,8 @@ _REASONS = {
 
 
 def reason_of(name: str, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel) -> Reason:
-    """Why a texel, (column, row), of a texture is what it is, in one sentence; '' where no reason is known."""
-    if case.stage != VIEW or (model.exact and name in ("depth", "color")):  # which has the reference's numbers alone
+    """Return a function of (column, row) that explains a texel's value in a sentence; '' if no reason is known."""
+    if case.stage != VIEW or (model.exact and name in ("depth", "color")):  # only the reference's numbers are right
         return lambda _: ""
     layers = [f"ao_{k + 1}" for k in range(len(case.parameters["radii"]))]
     if name in layers:
@@ -49,7 +49,7 @@ def reason_of(name: str, mine: Arrays, case: Case, bounds: Bounds | None, model:
 
 
 def turn_noise_note(case: Case) -> str:
-    """A sentence on samples that turn by a hash so large that float32 rounds it to noise; '' of others."""
+    """A sentence on samples that turn by a large hash, which float32 rounds to noise; '' for other samples."""
     rotation = case.parameters.get("rotation", "none")
     if case.stage != VIEW or "depth" not in case.outputs:
         return ""
@@ -65,7 +65,7 @@ def turn_noise_note(case: Case) -> str:
 
 
 def _occlusion_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel) -> Reason:
-    """The sample that comes nearest to another outcome at radius k; of other estimators the number undecided."""
+    """Explain a texel by its sample nearest to another outcome, at radius k; by undecided samples if not of ``lf``."""
     parameters = case.parameters
     if parameters["estimator"] != "lf":
         return _undecided_reason(k, mine, case, bounds, model)
@@ -95,7 +95,7 @@ def _occlusion_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
 
 
 def _undecided_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel) -> Reason:
-    """How many samples of a texel are undecided, and which is nearest to another outcome; '' without bounds."""
+    """Explain a texel by the number of undecided samples and the one nearest to another outcome; '' without bounds."""
     undecided = None if bounds is None else bounds.undecided
     if undecided is None:
         return lambda _: ""
@@ -115,7 +115,7 @@ def _undecided_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
 
 
 def _terms_reason(k: int, mine: Arrays, case: Case, model: ErrorModel) -> Reason:
-    """The sample of a texel that comes nearest to another outcome, of estimators that sum terms; '' of others."""
+    """Explain a texel by its term nearest to another outcome; '' for estimators that do not sum terms."""
     parameters = case.parameters
     inputs = stage_inputs(mine, case)
     if model.exact or "depth" not in inputs or "positions" not in inputs:

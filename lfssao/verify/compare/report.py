@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from lfssao.verify.compare.causes import Cause
     from lfssao.verify.compare.page.textures import Textures
 
-# 2: max_ulp may be null, results count texels beyond the tolerance. 3: a worst texel's reference is as it is read when
-# it is stored as mine, and itself as ``before``; results have ``power``, and 'inside, weakly' is a verdict.
+# 2: max_ulp may be null, results count texels beyond the tolerance. 3: a worst texel's reference is stored in mine's
+# format, and ``before`` is the reference itself; results have ``power``, and 'inside, weakly' is a verdict.
 FORMAT = 3
 _MOST_LINES = 20
 _MOST_NAMES = 6
@@ -47,34 +47,34 @@ _FIGURES = ("texels off", "max ulp", "mean", "RMSE", "PSNR", "SSIM")
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """The outcome of a comparison; true where MINE conforms (exit code 0), so that a test may assert it.
+    """The outcome of a comparison; true if MINE conforms (exit code 0), so that a test may assert it.
 
     Attributes
     ----------
     mine, reference : str
         The folders or files.
     model : str or None
-        The error model of the intervals; None where none is known.
+        The error model of the intervals; None if no interval is known.
     exact : bool
-        Whether all but equal bits fails.
+        Whether only equal bits pass.
     tolerance : Tolerance
-        What passes beyond its interval, with a warning.
+        Limits of differences that pass outside the interval, with a warning.
     kit : bool
         Whether the modules are cases of a kit.
     estimator : str or None
         The reference's estimator if no intervals of its occlusion are known.
     modules : int
-        Number of modules that were asked for.
+        Number of requested modules.
     results : tuple of Result
-        One a texture, module by module, in the order of the stages; one alone for a module that cannot be read.
+        One for each texture, module by module, in the order of the stages; a single one for an unreadable module.
     notes : tuple of str
-        Warnings, such as of the other renderer's textures that were not compared.
+        Warnings, for example on textures of the other renderer that were not compared.
     panels : Panels or None
         The panels of the difference picture.
     textures : Textures or None
-        The textures of the page; None where it was not asked for.
+        The textures of the page; None without a page.
     facts : tuple of (str, str)
-        Names and words of the page: when, which version, how the reference was rendered, digests of files.
+        Names and texts for the page: date, version, settings of the reference, digests of files.
 
     Examples
     --------
@@ -107,7 +107,7 @@ class Report:
 
     @cached_property
     def causes(self) -> "tuple[Cause, ...]":
-        """The changes of the reference that explain textures, each for all stages and modules."""
+        """The changes of the reference that explain wrong textures, each for all stages and modules."""
         if all(result.diagnosis is None for result in self.results):
             return ()
         from lfssao.verify.compare.causes import causes_of  # late: only diagnoses have causes
@@ -116,23 +116,23 @@ class Report:
 
     @property
     def outcome(self) -> str:
-        """The exit code and what it means, in words."""
+        """The exit code and its meaning, in words."""
         return f"{_WORDS[self.exit_code]} (exit code {self.exit_code})"
 
     def code(self, result: Result) -> int:
-        """The exit code that one result leads to."""
+        """The exit code of one result."""
         if self.exact and result.verdict is not Verdict.EQUAL_BITS:
             return max(FAILED, result.verdict.code)
         return result.verdict.code
 
     @property
     def first_difference(self) -> Result | None:
-        """The first result that is not equal bits; a missing one only if all such are."""
+        """The first result without equal bits; a missing texture only if all such textures are missing."""
         return min((r for r in self.results if r.verdict is not Verdict.EQUAL_BITS), key=_is_missing, default=None)
 
     @property
     def first_failure(self) -> Result | None:
-        """The first result that fails, the earliest stage of the first such module; a missing one only if all are."""
+        """The first failing result, the earliest stage of the first such module; a missing one only if all are."""
         return min((r for r in self.results if self.code(r) > WARNING), key=_is_missing, default=None)
 
     def __str__(self) -> str:
@@ -176,12 +176,12 @@ class Report:
         yield self.outcome
 
     def _cause_sentence(self, cause: "Cause") -> str:
-        """A cause in a sentence: of one texture alone its diagnosis, which says how many texels it decides."""
+        """A cause in a sentence; for a single texture its diagnosis, which tells the share of decided texels."""
         alone = [r for r in self.results if len(cause.places) == 1 and r.place in cause.places]
         return next((r.diagnosis.words(r.module) for r in alone if r.diagnosis is not None), cause.words)
 
     def _power_lines(self) -> Iterator[str]:
-        """A line a stage that is inside: the module in which that means least."""
+        """Yield a line for each stage that is inside: the module with the least power."""
         for _, results in self._stages():
             inside = [result for result in results if result.power is not None]
             weakest = min(inside, key=_weakness, default=None)
@@ -190,7 +190,7 @@ class Report:
                 yield f"{weakest.place}: {weakest.verdict.short}; {weakest.power}{count}"
 
     def weak_stages(self) -> Iterator[str]:
-        """A warning on each stage that is inside its interval weakly in some modules."""
+        """Yield a warning on each stage that is inside its interval weakly in some modules."""
         for name, results in self._stages():
             weak = [result.module for result in results if result.verdict is Verdict.INSIDE_WEAKLY]
             if weak:
@@ -206,7 +206,7 @@ class Report:
         return sorted(stages.items(), key=lambda stage: stage_order(stage[0]))
 
     def _missing_lines(self) -> Iterator[str]:
-        """A line on modules, or cases, that are not given, one on layers, one on how the first of them is found."""
+        """Yield a line on missing modules or cases, one on missing layers, and one on the first reason."""
         missing = [r for r in self.results if _is_missing(r)]
         words, unit = ("not tried", "case") if self.kit else ("not given", "module")
         modules = [r.module for r in missing if self.kit or not r.layer]
@@ -228,7 +228,7 @@ class Report:
         yield from (f"  {r.place}: {r.detail}" for r in missing[:1])
 
     def summary(self) -> list[list[str]]:
-        """One row a stage, below a row of heads: counts and texels over the modules, and the worst one's figures."""
+        """One row for each stage, below a header: counts and texels over the modules, the worst module's figures."""
         rows = [["stage", *_COUNTS, *_FIGURES]]
         rows += [_row(name or "(whole module)", results) for name, results in self._stages()]
         weak = any(result.verdict is Verdict.INSIDE_WEAKLY for result in self.results)
@@ -237,7 +237,7 @@ class Report:
         return [[row[k] for k in columns] for row in rows]
 
     def as_dict(self) -> dict[str, Any]:
-        """The whole report as JSON can hold it: infinite and undefined numbers are strings or null."""
+        """The whole report for JSON: infinite and undefined numbers are strings or null."""
         first = self.first_difference
         failure = self.first_failure
         return {
@@ -268,7 +268,7 @@ class Report:
         write_text(_path(path), f"{self.as_json()}\n")
 
     def write_junit(self, path: str | Path) -> None:
-        """Write JUnit XML, a test suite a module, a test case a stage; InputError if it cannot be written."""
+        """Write JUnit XML, a suite for each module, a case for each stage; InputError if it cannot be written."""
         text = ElementTree.tostring(self._junit(), encoding="unicode", xml_declaration=False)
         write_text(_path(path), f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
 
@@ -293,14 +293,14 @@ class Report:
         return top
 
     def save_picture(self, path: str | Path) -> None:
-        """Draw the first module that fails, else that differs, else the first: both sides, difference, verdict.
+        """Draw the first failing module, else the first that differs, else the first: both sides, difference, verdict.
 
         InputError if nothing was compared or the file cannot be written.
         """
         save_panels(self.panels, _path(path))
 
     def write_html(self, path: str | Path) -> None:
-        """Write one HTML file with a viewer of all textures; InputError if none were kept or it cannot be written."""
+        """Write one HTML file with a viewer of all textures; InputError without textures or if it cannot be written."""
         from lfssao.verify.compare.page.page import page_text  # late: only a page needs its templates
 
         if self.textures is None:
@@ -324,7 +324,7 @@ def _path(path: str | Path) -> Path:
 
 
 def _weakness(result: Result) -> tuple[float, float]:
-    """A key that sorts results that are inside: first those that could be farthest off."""
+    """A key that sorts results that are inside, those with the largest undetected error first."""
     power = result.power or Power(0.0)
     return (power.factor or 0.0), -power.width
 
@@ -367,7 +367,7 @@ def _table(rows: list[list[str]]) -> Iterator[str]:
 
 
 def _json_numbers(value: Any) -> Any:
-    """Numbers that JSON does not have as strings."""
+    """The value with strings in place of numbers that JSON lacks."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, dict):
@@ -376,5 +376,5 @@ def _json_numbers(value: Any) -> Any:
 
 
 def _xml_text(text: str) -> str:
-    """Text without the characters that XML cannot hold; names in files may have any."""
+    """The text without characters that XML cannot hold; names in files may have them."""
     return re.sub("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "?", text)

@@ -24,10 +24,10 @@ Reason = Callable[[tuple[int, int]], str]
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Limits, as idiff has them, of what passes beyond its interval with a warning; InputError if out of range."""
+    """Limits, as of idiff, within which a wrong texture passes with a warning; InputError if out of range."""
 
-    fail: float = 0.0  # difference from the reference that a texel may have, in the texture's unit or in codes
-    percent: float = 0.0  # of a texture's texels that may differ by more
+    fail: float = 0.0  # largest difference of a texel from the reference, in the texture's unit or in codes
+    percent: float = 0.0  # of a texture's texels, which may differ by more
 
     def __post_init__(self) -> None:
         for name, option, most in (("fail", "--fail", 1e300), ("percent", "--fail-percent", 100.0)):
@@ -43,7 +43,7 @@ class Tolerance:
         return f", tolerances --fail {self.fail:g} --fail-percent {self.percent:g}" if self else ""
 
     def judge(self, judgement: Judgement, mine: Planes, reference: Planes) -> tuple[Verdict, int]:
-        """The verdict, WITHIN where a wrong texture passes; the number of its texels that differ by more."""
+        """The verdict, WITHIN if a wrong texture passes, and the number of its texels that differ by more."""
         outside = texels(judgement.outside)
         beyond = int((outside & (difference(mine, reference) > self.fail) if self.fail > 0 else outside).sum())
         limit = max(0 if judgement.bounds is None else judgement.bounds.outliers, self.percent * outside.size / 100)
@@ -51,7 +51,7 @@ class Tolerance:
         return (Verdict.WITHIN if passes else judgement.verdict), beyond
 
     def fails(self, bounds: Bounds, reference: Planes, texture: Texture) -> bool:
-        """Whether a texture would fail that is judged by bounds in place of a renderer's."""
+        """Whether a texture would fail within these bounds and tolerances."""
         outside = bounds.outside(texture)
         judgement = Judgement(interval_verdict(outside, bounds.outliers), outside=outside, bounds=bounds)
         return self.judge(judgement, _channel_planes(texture, texels(outside)), reference)[0].code == FAILED
@@ -64,12 +64,12 @@ class Texel:
     column: int  # from the left of the data window
     row: int  # from its top
     mine: tuple[float, ...]  # channels
-    reference: tuple[float, ...]  # as it would be read if it were stored as mine is
-    before: tuple[float, ...] | None  # the reference itself; None where storing changes nothing
-    lower: tuple[float, ...] | None  # ends of the interval; None where none is known
+    reference: tuple[float, ...]  # after storing in the format of mine
+    before: tuple[float, ...] | None  # the reference before storing; None if storing changes nothing
+    lower: tuple[float, ...] | None  # ends of the interval; None if none is known
     upper: tuple[float, ...] | None
-    outside: bool  # whether it is outside the interval, or, where none is known, differs
-    reason: str  # why, in one sentence; '' where nothing is known
+    outside: bool  # whether it is outside the interval, or differs if no interval is known
+    reason: str  # an explanation in one sentence; '' if none is known
 
     def __str__(self) -> str:
         line = f"({self.column}, {self.row}) {_values(self.mine)}, reference {_values(self.reference)}"
@@ -92,16 +92,16 @@ class Result:
     module: str
     layer: str
     verdict: Verdict
-    detail: str = ""  # why it was not compared; '' where it was
-    metrics: Metrics | None = None  # None where it was not compared
-    outside: int = 0  # number of texels outside the interval; where none is known, of those that differ
-    beyond: int = 0  # number of those that differ from the reference by more than ``--fail``
-    interval: bool = False  # whether one is known; it is not asked for where bits are equal
+    detail: str = ""  # the reason if it was not compared, else ''
+    metrics: Metrics | None = None  # None if it was not compared
+    outside: int = 0  # number of texels outside the interval, or of texels that differ if no interval is known
+    beyond: int = 0  # number of texels outside that differ from the reference by more than ``--fail``
+    interval: bool = False  # whether an interval is known; False for equal bits, which need none
     worst: tuple[Texel, ...] = ()  # at most ten, the worst first
-    diagnosis: "Diagnosis | None" = None  # which change of the reference explains it; None if right or not diagnosed
+    diagnosis: "Diagnosis | None" = None  # the change of the reference that explains it; None if right
     # Figures of occlusion that differs, by ``lfssao.verify.compare.agreement.PARTS``; empty if depth is not known.
     agreement: Mapping[str, Agreement] = field(default_factory=dict)
-    stored: str = ""  # such as 'stored as unorm8', by which the interval is wider; '' for float32
+    stored: str = ""  # such as 'stored as unorm8', which widens the interval; '' for float32
     power: Power | None = None  # of a texture that is inside; None for all others, and for positions
 
     @property
@@ -111,7 +111,7 @@ class Result:
 
     @property
     def blamed(self) -> list[Texel]:
-        """The worst texels that are outside; all of the worst where none is."""
+        """The worst texels that are outside; all of the worst if none is outside."""
         return [texel for texel in self.worst if texel.outside] or list(self.worst)
 
     @property
@@ -147,7 +147,7 @@ def result_of(
     parts: Callable[[], Mapping[str, Flags]] = dict,
     power: Power | None = None,
 ) -> Result:
-    """The result of a judged texture; ``reason`` says why a texel, (column, row), ``parts`` which are of surfaces."""
+    """The result of a judged texture; ``reason`` explains a texel, (column, row), ``parts`` flags those of surfaces."""
     metrics = measure(mine.planes, reference.planes)
     stored = str(mine.stored or "")
     if judgement.verdict is Verdict.EQUAL_BITS:
@@ -183,7 +183,7 @@ def result_of(
 
 
 def stored_as(mine: Layer, reference: Layer) -> Planes:
-    """The reference's channels as they would be read if they were stored as the renderer's: an interval holds them."""
+    """The reference's channels after storing in the renderer's format: the interval holds them."""
     return tuple(plane if mine.stored is None else mine.stored.round_trip(plane) for plane in reference.planes)
 
 
@@ -195,11 +195,11 @@ def _channel_planes(texture: np.ndarray, like: Flags) -> Planes:
 def _worst_texels(
     mine: Planes, reference: Planes, ends: tuple[Planes, Planes] | None, judgement: Judgement
 ) -> list[tuple[int, int]]:
-    """Columns and rows: those outside first, then by how far off they are, NaN and infinity before all; row by row."""
+    """Columns and rows of the worst texels: outside first, then the largest error; NaN and infinity are the largest."""
     outside = texels(judgement.outside)
     differing = texels(judgement.differing)
     error = difference(mine, reference)
-    if ends is not None:  # how far beyond the interval; NaN is infinitely far
+    if ends is not None:  # the error is the distance from the interval; that of NaN is infinite
         clipped = np.fmin(np.fmax(np.stack(mine), np.stack(ends[0])), np.stack(ends[1]))
         error = np.where(outside, difference(mine, tuple(clipped)), error)
     places = np.flatnonzero(differing | outside)

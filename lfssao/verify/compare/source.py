@@ -1,4 +1,4 @@
-"""The two sides of a comparison: the files of each module, and what the reference's manifest says of them."""
+"""The two sides of a comparison: the files of each module, and their description in the reference's manifest."""
 
 import os
 import re
@@ -28,14 +28,14 @@ class Reference:
     """A folder of 'lfssao render', a kit of 'lfssao kit' or one of its cases, any folder of images, or one image."""
 
     path: Path
-    files: dict[str, Path]  # of each module, by the module's name; for a kit the folder of each case
-    manifest: dict[str, Any] | None  # that ``lfssao render`` wrote
-    entries: dict[str, dict[str, Any]]  # the manifest's entry of each module, by its name
-    kit: bool = False  # whether it is a kit, or a case of one: its modules are cases
+    files: dict[str, Path]  # each module's file by the module's name; for a kit each case's folder
+    manifest: dict[str, Any] | None  # by ``lfssao render``
+    entries: dict[str, dict[str, Any]]  # the manifest's entry of each module, by the module's name
+    kit: bool = False  # whether it is a kit or a case of one; the modules are then cases
 
     @classmethod
     def open(cls, path: Path) -> "Reference":
-        """Find the files; InputError if there are none, or a manifest is there and is wrong."""
+        """Find the files; InputError if there are none, or if a manifest is wrong."""
         if not os.path.exists(path):  # Path.exists raises where a name is too long
             raise InputError(f"{path}: there is no such file or folder")
         folder = path if path.is_dir() else path.parent
@@ -62,20 +62,20 @@ class Reference:
         return cls(path, {name: path for name in own}, manifest, own)
 
     def chosen(self, cases: Sequence[str] | None) -> list[str]:
-        """Names of the modules, or of those cases of a kit; InputError if a name is no case's."""
+        """Names of all modules, or of the chosen cases of a kit; InputError if a name is no case's."""
         for name in cases or ():
             if not self.kit or name not in self.files:
                 raise InputError(f"--cases: '{name[:40]}' is no case of a kit in {self.path}")
         return [name for name in self.files if cases is None or name in cases]
 
     def described(self, module: str) -> Case:
-        """The manifest's case of a module, outputs left out, else one of images; InputError if it lacks something."""
+        """The case of a module in the manifest, without outputs, or a case of images; InputError if incomplete."""
         if self.manifest is None:
             return Case(module, IMAGES, "", {}, {}, {})
         return view_case(self.path, self.manifest, self.entries[module])
 
     def read(self, module: str, described: Case) -> tuple[list[Layer], Case]:
-        """Layers of a module by stage, and its case with outputs; InputError if files are not what is described."""
+        """Layers of a module by stage, and its case with outputs; InputError if files do not match the manifest."""
         if self.kit:
             case = read_case(self.files[module])
             main, *steps = case.outputs
@@ -120,17 +120,17 @@ class Mine:
 
     path: Path
     files: dict[str, list[File]]
-    extra: tuple[str, ...]  # files that seem to hold modules which the reference does not have
+    extra: tuple[str, ...]  # files of modules that the reference lacks, by their names
 
     @classmethod
     def open(cls, path: Path, reference: Reference, patterns: Files = ()) -> "Mine":
         """Find the files of the reference's modules.
 
-        Patterns come first. ``module_003.exr`` holds a module; ``module_003_merged.tif``, or with '.' or '-', one layer
-        of it; an EXR file of another name may have parts or channels ``module_003.merged`` of all, and the picture
-        ``merged_qs8x6a0.75.png`` has a layer of all views of a quilt that have no other file, as ``panel.exr`` and
-        ``panel_merged.tif`` have of all lenses. InputError if the path is not there, no file is like a pattern, or one
-        is a file and the other a folder.
+        Patterns come first. ``module_003.exr`` holds a module; ``module_003_merged.tif``, or with '.' or '-', holds one
+        of its layers. An EXR file of another name may have parts or channels ``module_003.merged`` of all modules. The
+        picture ``merged_qs8x6a0.75.png`` holds a layer of all views of a quilt that have no other file, as
+        ``panel.exr`` and ``panel_merged.tif`` do for all lenses. InputError if the path does not exist, if no file
+        matches a pattern, or if one path is a file and the other a folder.
         """
         if not os.path.exists(path):
             raise InputError(f"{path}: there is no such file or folder")
@@ -170,14 +170,14 @@ class Mine:
     def parts(self, module: str, sizes: Collection[Size], upwards: bool = False) -> list[ImagePart]:
         """All parts of a module's files; InputError if a file cannot be read.
 
-        Parts of other sizes than ``sizes`` are not decoded. ``upwards``: row 0 is below in them.
+        Parts of other sizes than ``sizes`` are not decoded. With ``upwards``, row 0 is the lowest.
         """
         parts = [part for file in self.files[module] for part in file.parts(module, list(self.files), sizes)]
         return [replace(part, planes=tuple(p[:: -1 if upwards else 1] for p in part.planes)) for part in parts]
 
 
 class Sides:
-    """Both sides of modules in their order; one is read while the one before is compared."""
+    """Both sides of the modules in order; each module is read while the one before is compared."""
 
     def __init__(self, reference: Reference, mine: Mine, modules: Sequence[str]) -> None:
         self._reference = reference
@@ -187,7 +187,7 @@ class Sides:
         self._ahead: dict[str, Future[Side]] = {}
 
     def read(self, module: str, described: Case) -> Side:
-        """The reference's layers of a module, its case, and the other renderer's parts; InputError as of each side."""
+        """The reference's layers of a module, its case, and the other renderer's parts; InputError of either side."""
         ahead = self._ahead.pop(module, None)
         side = self._side(module, described) if ahead is None else ahead.result()
         for later in self._modules[self._modules.index(module) + 1 :][:1]:
@@ -202,5 +202,5 @@ class Sides:
 
 
 def _name_pattern(name: str) -> str:
-    """A name without its number: two modules of one job have the same."""
+    """A name without its number, the same for all modules of a job."""
     return re.sub(r"[0-9]+", "#", name)

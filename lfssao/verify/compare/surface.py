@@ -1,4 +1,4 @@
-"""The mesh that a reference shows: with it the intervals of depth and colour are bounds and no estimates."""
+"""The mesh of a reference: it gives bounds of depth and colour in place of estimates."""
 
 from functools import cached_property
 from pathlib import Path
@@ -19,7 +19,7 @@ from lfssao.verify.bounds.error_model import ErrorModel
 
 
 class Surface:
-    """The scene of a rendered folder, read when it is first needed: of ``file``, or the embedded one that it names."""
+    """The scene of a rendered folder, read when it is first needed: ``file``, or the embedded scene in the manifest."""
 
     def __init__(self, path: Path, manifest: dict[str, Any], file: str | None) -> None:
         self._path = path
@@ -29,7 +29,7 @@ class Surface:
 
     @cached_property
     def mesh(self) -> Mesh | None:
-        """The mesh in the folder's frame; None if it is not at hand, InputError if ``file`` was not rendered."""
+        """The mesh in the folder's frame; None if it is not available, InputError if ``file`` was not rendered."""
         with reading_manifest(self._path):
             scene = self._manifest["scene"]
             frame = self._manifest.get("frame")
@@ -49,7 +49,7 @@ class Surface:
             return mesh if frame is None else moved(mesh, np.reshape(frame["world_from_scene"], (3, 4)))
 
     def caster(self, entry: dict[str, Any]) -> RayCaster | None:
-        """The mesh ready to be ray cast from a view; None if it is not at hand."""
+        """A caster of the mesh for a view; None if the mesh or the caster's package is not available."""
         with reading_manifest(self._path):
             if self.mesh is None:
                 return None
@@ -63,7 +63,7 @@ class Surface:
             return self._caster
 
     def bounds(self, entry: dict[str, Any], shape: tuple[int, ...], model: ErrorModel) -> dict[str, Bounds]:
-        """Bounds of a view's depth, of that shape, and colour, as far as the mesh is at hand and rays can be cast."""
+        """Bounds of a view's depth, of shape ``shape``, and colour; empty without a mesh or a caster."""
         with reading_manifest(self._path):
             if self.mesh is None or shape != (entry["view"]["height"], entry["view"]["width"]):
                 return {}

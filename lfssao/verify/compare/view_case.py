@@ -1,4 +1,4 @@
-"""A rendered view as a case, from what its manifest says."""
+"""A rendered view as a case, from its manifest."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,7 +20,7 @@ from lfssao.verify.case import VIEW, Case
 
 
 def view_case(path: Path, manifest: Mapping[str, Any], entry: Mapping[str, Any]) -> Case:
-    """The case of a view from its manifest and its entry there, outputs left out; InputError if they lack something."""
+    """The case of a view, without outputs, from its manifest and its entry; InputError if they are incomplete."""
     with reading_manifest(path), errors_of(f"{path}: its manifest"):
         parameters = _parameters(manifest["settings"], entry["view"])
         if parameters["estimator"] == "lf-neighbours":
@@ -42,7 +42,7 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
     described = view_of("", view)
     if not 0 <= sigma <= MAX_SIGMA:
         raise ValueError("blur_sigma is out of range")
-    rotation = settings.get("rotation", "none")  # a manifest without it is of a time when nothing turned
+    rotation = settings.get("rotation", "none")  # early versions had no rotation
     rotation = "none" if rotation in NOISE else rotation  # turns are an input then
     check_rotation(rotation, settings.get("rotation_seed", 0))
     return {
@@ -59,7 +59,7 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
 
 
 def _neighbours(settings: Mapping[str, Any], entry: Mapping[str, Any]) -> list[dict[str, Any]] | None:
-    """The modules that a view asks, by name and view; None where a manifest of an earlier time does not say which."""
+    """The neighbours of a view, by name and view; None if an early manifest does not list them."""
     views = [
         (str(neighbour["name"]), view_of(neighbour["name"], neighbour["view"]))
         for neighbour in entry.get("neighbours", ())
@@ -78,7 +78,7 @@ def view_parameters(view: View) -> dict[str, Any]:
 
 
 def _read_estimator(name: str, text: str | None) -> Estimator:
-    """The estimator of a name; text: SHA-256 of the file of one's own, which is not run unless it is given."""
+    """The estimator of a name; ``text`` is the SHA-256 of a user's file, which runs only if the user gives it."""
     if text is not None and (name not in ESTIMATORS or not find_estimator(name).text):
         raise InputError(f"the reference's estimator '{name}' is one of one's own: give its file by --estimator")
     if text is not None and find_estimator(name).text != text:

@@ -1,1 +1,1 @@
-"""Whether views agree on the occlusion of the surface that they share."""
+"""Measure how well views agree on the occlusion of a shared surface."""

@@ -1,8 +1,8 @@
-"""The bug of a set of views by its name: what explains wrong textures of another renderer, in which of its views.
+"""Name the bugs of another renderer: changes of the reference that explain wrong textures, with the affected views.
 
-Causes are those of ``lfssao.compare``: each texture is judged on the renderer's own textures before it, and explained
-by a change of the reference that predicts it. Textures, matrices and places of all other views are among these changes.
-A cause of one view alone is told apart from one that all views share, and one that goes both ways is an exchange.
+Causes are those of ``lfssao.compare``: each texture is judged against the renderer's own earlier textures, and
+explained by a change of the reference that predicts it. Such a change may use textures, matrices and places of all
+other views. A report distinguishes causes of single views from causes of all views, and merges mutual exchanges.
 """
 
 import re
@@ -18,7 +18,7 @@ from lfssao.verify.diagnosis.change import SUM_TOLERANCE
 from lfssao.verify.verdict import Verdict
 
 _FEW = 3  # views that are named
-# Kinds of changes that name another view, and that view; what may be said of its place.
+# Kinds of changes that name another view, and that view; a remark on its place.
 _OF_VIEW = re.compile("(the (?:occlusion|depth|normals|mapping)) of (.*)")
 _ORDER = re.compile(r" \([a-z]+s in reverse order\)")
 
@@ -28,7 +28,7 @@ class Bug:
     """A cause of wrong textures."""
 
     name: str  # the change of the reference, such as 'the depth of left'
-    views: tuple[str, ...]  # that it explains
+    views: tuple[str, ...]  # the explained views
     words: str  # a sentence
 
 
@@ -39,10 +39,10 @@ class Found:
     views: tuple[str, ...]  # all
     bugs: tuple[Bug, ...]
     wrong: tuple[str, ...]  # views with a wrong texture
-    unexplained: tuple[str, ...]  # of which no bug explains one
+    unexplained: tuple[str, ...]  # views with a wrong texture that no bug explains
 
     def lines(self) -> list[str]:
-        """The bugs in sentences, and which views have none."""
+        """The bugs and the unexplained views, in sentences."""
         if not self.wrong:
             return ["mine conforms to the reference in all views: no bug is named"]
         lines = [f"bug of {self._view_names(bug.views)}: {bug.words}" for bug in self.bugs]
@@ -58,7 +58,7 @@ class Found:
 
 
 def find_bugs(renderer: Renderer, views: Sequence[RenderedView], mesh: str | None = None) -> Found:
-    """The bugs of another renderer's textures of views, of the layer that these have and of those before it."""
+    """The bugs of another renderer's textures of views, in the views' layer and the layers before it."""
     names = _names(views)
     views = sorted(views, key=lambda view: (view.key, names[view]))
     results = list[Result]()
@@ -79,7 +79,7 @@ def find_bugs(renderer: Renderer, views: Sequence[RenderedView], mesh: str | Non
 
 
 def _is_wrong(result: Result) -> bool:
-    """Whether a texture is outside its interval, or, where none is known, off by more than another order of sums."""
+    """Whether a texture is outside its interval, or without one differs by more than another order of sums."""
     if result.verdict is Verdict.DIFFERENT and result.metrics is not None:
         figures = result.metrics
         return figures.max_error > SUM_TOLERANCE or figures.nan_mismatches + figures.infinity_mismatches > 0
@@ -87,7 +87,7 @@ def _is_wrong(result: Result) -> bool:
 
 
 def _without_order(result: Result) -> Result:
-    """The result with other views' names alone, by which views that share a cause are told together."""
+    """The result with bare names of other views, so that views with the same cause are merged."""
     diagnosis = result.diagnosis
     if diagnosis is None:
         return result
@@ -99,12 +99,12 @@ def _without_order(result: Result) -> Result:
 
 
 def _words(cause: Cause) -> str:
-    """The words of a cause, with views in the place of modules."""
+    """The words of a cause, with views in place of modules."""
     return cause.words.replace(f" of {len(cause.modules)} modules", f" of {_listed(cause.modules)}")
 
 
 def _merged_exchanges(bugs: Sequence[Bug]) -> tuple[Bug, ...]:
-    """The bugs, those together as one that give each of some views what is another's of them."""
+    """The bugs; bugs that exchange something among views become one."""
     sources: dict[str, dict[str, Bug]] = defaultdict(dict)  # of each kind by the view that something is taken of
     for bug in bugs:
         match = _OF_VIEW.fullmatch(bug.name)
@@ -122,14 +122,14 @@ def _merged_exchanges(bugs: Sequence[Bug]) -> tuple[Bug, ...]:
 
 
 def _layers(view: RenderedView) -> list[str]:
-    """Names of the layer that views are compared by, and of all before it that it is made of."""
+    """Names of the compared layer and of all layers that it is computed from."""
     order = stage_order(view.folder.layer)
     names = [each.name for each in view.layers if stage_order(each.name) <= order]
     return [name for name in names if name in ("depth", "positions", "normals") or is_occlusion(name)]
 
 
 def _names(views: Sequence[RenderedView]) -> dict[RenderedView, str]:
-    """Names of views, with their folders' where two have one."""
+    """Names of views, with their folders' if two views share a name."""
     counts = Counter(view.name for view in views)
     return {view: view.name if counts[view.name] == 1 else f"{view.name} of {view.folder.path}" for view in views}
 
@@ -139,7 +139,7 @@ def _distinct(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """A few names, or how many there are."""
+    """A few names, or the number of them."""
     if len(names) > _FEW:
         return f"{len(names)} views"
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

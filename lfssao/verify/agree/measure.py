@@ -1,9 +1,8 @@
-"""Disagreement of views: how far the values differ that they give the same point of the surface.
+"""Disagreement of views: the differences between their values of the same point of the surface.
 
-A point is a surface texel of one view. Another view sees it where its surface, at the nearest texel, is near enough.
-All values that a point has, in all views that see it, make pairs; the square of a pair's difference, averaged over
-all pairs of all points, is the disagreement. Sums are exact, and rounded once, so that no order of views or points
-changes a bit.
+A point is a surface texel of one view. Another view sees it if its surface, at the nearest texel, is near enough. The
+values of a point in all views that see it form pairs. The disagreement is the mean square of the differences over all
+pairs of all points. Sums are exact and rounded once, so that no order of views or points changes a bit.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +22,7 @@ LIMIT = 0.1  # a difference beyond this is seen
 
 @dataclass(frozen=True)
 class Disagreement:
-    """Differences of pairs of values of one point."""
+    """Differences between pairs of values of the same point."""
 
     rms: float  # root mean square
     above: float  # share of the pairs that differ by more than ``LIMIT``
@@ -34,16 +33,16 @@ class Shared:
     """Points of the surface that are seen by several views."""
 
     views: Sequence[RenderedView]
-    tolerance: float  # how far the surface that a view sees may be from a point, world units
-    candidates: int  # points that were looked for
-    points: Points  # (n, 3) of them that are seen by two views or more, world coordinates
-    owners: Places  # (n,) the views, by number, that they are texels of
-    places: Sequence[Places]  # (n,) of each view: the texel of each point, -1 where it is not seen
+    tolerance: float  # largest distance of a view's surface from a point that it sees, world units
+    candidates: int  # number of points before the search
+    points: Points  # (n, 3), world coordinates of the points that two views or more see
+    owners: Places  # (n,), numbers of the views of which the points are texels
+    places: Sequence[Places]  # (n,) for each view: the texel of each point, -1 if it is not seen
 
     def read(self, textures: Sequence[Texture], source: str) -> Values:
-        """Values of all points in textures, (H, W) of each view: (views, n) float64, NaN where one is not seen.
+        """Values of all points in textures, (H, W) of each view: (views, n) float64, NaN for points that are not seen.
 
-        InputError, which says whose they are, if a value that is seen is not finite.
+        InputError, with ``source`` in its text, if a value of a seen point is not finite.
         """
         values = np.stack([read_at(*both) for both in zip(self.places, textures, strict=True)])
         for rendered, values_of_view, places in zip(self.views, values, self.places, strict=True):
@@ -59,9 +58,9 @@ class Shared:
 
 
 def share_points(views: Sequence[RenderedView], tolerance: float | None = None) -> Shared:
-    """Points of the surface of all views; InputError if two views see none of them.
+    """Points on the surfaces of all views that at least two views see; InputError if there are none.
 
-    By default the surface is the same within two texels: 2 / width of the diagonal of all that is seen.
+    By default the tolerance is two texels: 2 / width times the diagonal of all seen points.
     """
     points_of_views = [spread_points(rendered.arrays["positions"], max(1, MOST // len(views))) for rendered in views]
     points = np.concatenate(points_of_views)
@@ -79,14 +78,14 @@ def share_points(views: Sequence[RenderedView], tolerance: float | None = None) 
 
 
 def disagreement(values: Values) -> Disagreement:
-    """The disagreement of values, (views, n) with NaN where a view does not see a point."""
+    """The disagreement of values, (views, n), with NaN for points that a view does not see."""
     square = mean_over_pairs(values, lambda a, b: (a - b) * (a - b))
     above = mean_over_pairs(values, lambda a, b: (np.abs(a - b) > LIMIT).astype(np.float64))
     return Disagreement(sqrt(square), above)
 
 
 def mean_over_pairs(values: Values, term: Callable[[Values, Values], Values]) -> float:
-    """The mean of a symmetric function of two values, over all pairs that a point has; at least one has two."""
+    """The mean of a symmetric function of two values, over all pairs of all points; at least one pair exists."""
     sums = list[float]()
     count = 0
     for a, b in combinations(values, 2):

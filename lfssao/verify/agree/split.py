@@ -1,11 +1,11 @@
-"""The parts of the reference's disagreement: noise of its samples, surface that a view does not have, and the rest.
+"""The parts of the reference's disagreement: noise of its samples, surface that a view lacks, and the rest.
 
-Let d be the difference of a pair, and e that of the same texels where samples and turns have another seed. The mean of
-d e is what all seeds share, as their noise is independent; noise is the rest of the mean of d^2. Let x and y be the
-differences of the same two seeds where both values are those of the point itself, of one normal and of one turn of the
-samples, looked up in the depth of one view and of the other: what differs is the surface that the textures hold. The
-mean of x y is the part of surface that one of the views does not have. The rest of d e is the texels' distance from the
-point.
+Let d be the difference of a pair, and e the difference of the same texels with another seed of samples and turns. The
+noise of both seeds is independent, so the mean of d e is the common part, and noise is the rest of the mean of d^2.
+
+Let x and y be the differences of the same two seeds if both values are computed at the point itself, with the same
+normal and turn, in the depth of one view and of the other. Only the surfaces in the textures then differ. So the mean
+of x y is the part of surfaces that one view lacks. The rest of d e is due to the texels' distance from the point.
 """
 
 from collections.abc import Sequence
@@ -30,10 +30,10 @@ Samples = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Split:
-    """The parts of the mean square of the pairs' differences, which they sum to; each may be below 0 by chance."""
+    """The parts of the mean square of the pairs' differences, which is their sum; each may be negative by chance."""
 
     noise: float  # of samples
-    missing: float | None  # surface that a view does not have; None, and part of the rest, where it is not known
+    missing: float | None  # surface that a view lacks; None if unknown, and then part of the rest
     rest: float
 
 
@@ -43,9 +43,9 @@ def split(
     other_textures: Sequence[Texture],
     same_samples: tuple[Values, Values] | None = None,
 ) -> Split:
-    """The parts of the disagreement of textures, (H, W) of each view, by those of another seed.
+    """The parts of the disagreement of textures, (H, W) of each view, with the textures of another seed.
 
-    ``alike``: values of both seeds by the same samples at the same points (``SameSamples``).
+    ``same_samples`` are values of both seeds with the same samples at the same points (``SameSamples``).
     """
     values = shared.read(textures, "the reference")
     other_values = shared.read(other_textures, "the reference with another seed")
@@ -58,12 +58,12 @@ def split(
 
 
 def _shared_mean(values: Values, other_values: Values) -> float:
-    """The mean product of the differences of two seeds."""
+    """The mean product of the differences with two seeds."""
     return (disagreement(values + other_values).rms ** 2 - disagreement(values - other_values).rms ** 2) / 4
 
 
 def has_seed(rendered: RenderedView) -> bool:
-    """Whether a view's occlusion can be made with another seed: of one radius, by turns or samples that have one."""
+    """Whether a view's occlusion can be computed with another seed: at one radius, with seeded turns or samples."""
     folder = rendered.folder
     names = {layer.name for layer in rendered.layers}
     with reading_manifest(folder.path):
@@ -77,7 +77,7 @@ def has_seed(rendered: RenderedView) -> bool:
 
 
 def other_samples(rendered: RenderedView) -> Samples | None:
-    """The estimator's samples of another seed; None where they have none."""
+    """The estimator's samples with another seed; None if they have no seed."""
     table = _own_samples(occlusion_case(rendered)[0])
     folder = rendered.folder
     if table is None or folder.settings["weights"] is not None:  # weights are of their samples
@@ -91,12 +91,12 @@ def _own_samples(case: Case) -> Samples | None:
 
 
 def estimated(rendered: RenderedView, samples: Samples | None, turn: int) -> Texture:
-    """A view's occlusion, (H, W), by samples, None for its own, and turns whose seed is so much larger."""
+    """A view's occlusion, (H, W), with samples, None for its own; ``turn`` is added to the seed of the turns."""
     return _estimated(rendered, _buffers(rendered, turn), samples)
 
 
 def _buffers(rendered: RenderedView, turn: int) -> Buffers:
-    """The textures that a view's occlusion is made of, guard band included, with turns of another seed."""
+    """The input textures of a view's occlusion, guard band included; ``turn`` is added to the seed of the turns."""
     case, _ = occlusion_case(rendered)
     parameters = dict(case.parameters)
     inputs = {**case.inputs, **{each.name: each.texture for each in rendered.layers}}
@@ -114,10 +114,10 @@ def _estimated(rendered: RenderedView, buffers: Buffers, samples: Samples | None
 
 
 class SameSamples:
-    """Values of points by the same samples in every view that sees them: those of the texel that a point comes from.
+    """Values of points with the same samples in every view: those of the texel from which a point comes.
 
-    Each view's texture is given the points in the places of its texels, with the normals and the turns of the texels
-    that they come from, as many at once as fall into texels of their own. None of estimators that make points of depth.
+    In each view's textures, points replace its texels, with the normals and turns of their original texels. Points that
+    fall into different texels are computed at once. Estimators that reconstruct points from depth are not supported.
     """
 
     def __init__(self, shared: Shared) -> None:
@@ -125,7 +125,7 @@ class SameSamples:
 
     @property
     def is_known(self) -> bool:
-        """Whether the views' estimator reads the points of texels."""
+        """Whether the views' estimator reads positions of texels."""
         rendered = self._shared.views[0]
         case, radius = occlusion_case(rendered)
         estimator = find_estimator(case.parameters["estimator"])
@@ -139,9 +139,9 @@ class SameSamples:
         return "position" in words_of(numbers)
 
     def values(self, textures: Sequence[Texture], samples: Samples | None, turn: int) -> Values:
-        """Values of all points, (views, n), NaN where one is not seen, by samples and turns as of ``estimated``.
+        """Values of all points, (views, n), NaN if a point is not seen, with samples and turns as in ``estimated``.
 
-        ``own`` are the views' own textures of these, (H, W), which hold the values of their own points.
+        ``textures`` are the views' textures with these samples, (H, W), which hold the values of their own points.
         """
         values = self._shared.read(textures, "the reference")
         buffers = [_with_positions(rendered, _buffers(rendered, turn)) for rendered in self._shared.views]
@@ -158,7 +158,7 @@ class SameSamples:
         return values
 
     def _origins(self, buffers: Sequence[Buffers]) -> list[Texture]:
-        """Position, normal and turn, as far as there are any, of the texel that each point comes from, (n, 2 or 3)."""
+        """Position, normal and turn, if there are any, of the original texel of each point, (n, 2 or 3)."""
         origins = [np.empty((len(self._shared.owners), each.shape[1]), each.dtype) for each in _texel_rows(buffers[0])]
         for k, (rendered, places) in enumerate(zip(self._shared.views, self._shared.places, strict=True)):
             owned = self._shared.owners == k
@@ -168,7 +168,7 @@ class SameSamples:
 
 
 def _with_positions(rendered: RenderedView, buffers: Buffers) -> Buffers:
-    """The same with points that ``lf``, too, takes from the positions texture, as it does on displays."""
+    """The buffers of a view whose positions ``lf`` reads, as on displays; it does not reconstruct them from depth."""
     if occlusion_case(rendered)[0].parameters["estimator"] != "lf":
         return buffers
     view = buffers.view
@@ -177,14 +177,14 @@ def _with_positions(rendered: RenderedView, buffers: Buffers) -> Buffers:
 
 
 def _texel_rows(buffers: Buffers) -> list[Texture]:
-    """Positions, and normals and turns as far as there are any, one row a texel."""
+    """Positions, and normals and turns if there are any, one row for each texel."""
     turns = None if buffers.turns is None else np.moveaxis(buffers.turns, 0, 2)
     textures = (buffers.positions, buffers.normals, turns)
     return [texture.reshape(buffers.depth.size, -1) for texture in textures if texture is not None]
 
 
 def _with_texels(buffers: Buffers, texels: Places, points: Sequence[Texture]) -> Buffers:
-    """The textures with other positions, normals and turns of some texels."""
+    """The textures with other positions, normals and turns at ``texels``."""
     planes = [np.array(plane) for plane in _texel_rows(buffers)]
     shape = buffers.depth.shape
     for plane, values in zip(planes, points, strict=True):
@@ -196,6 +196,6 @@ def _with_texels(buffers: Buffers, texels: Places, points: Sequence[Texture]) ->
 
 
 def _padded_texels(rendered: RenderedView, places: Places) -> Places:
-    """Texels of the textures with the guard band, by those without."""
+    """Indices of texels with the guard band, from indices without it."""
     rows, columns = np.divmod(places, rendered.view.width - 2 * rendered.view.guard)
     return np.asarray((rows + rendered.view.guard) * rendered.view.width + columns + rendered.view.guard)

@@ -1,8 +1,8 @@
-"""Ray-cast occlusion at the points that views share: how far views differ that give the right values.
+"""Ray-cast occlusion at the points that views share: the differences between views with correct values.
 
-It is the same for all views but for where it is read, at the nearest texels. Weights and falloff of the rays are those
-that the reference's estimator is after, at its radius. An estimator of the whole ball gives a flat surface 1/2, so that
-the truth beside it is 1/2 + rays / 2.
+The occlusion is the same for all views, but each reads it at its nearest texels. Weights and falloff of the rays are
+those that the reference's estimator approximates, at its radius. An estimator of the whole ball gives 1/2 on a flat
+surface, so its truth is 1/2 + rays / 2.
 """
 
 from collections.abc import Sequence
@@ -22,13 +22,13 @@ from lfssao.verify.agree.measure import Shared, mean_over_pairs
 from lfssao.verify.agree.views import RenderedView, occlusion_case
 from lfssao.verify.compare.surface import Surface
 
-# Standard error of a value: 0.0042 of the difference of two, which leaves room to 0.005 for texels whose rays seem to
-# agree by chance (the error against a crease's exact occlusion is 1.05 to 1.2 times what the rays say).
+# Standard error of a value; that of a difference is 0.0042. The margin to 0.005 is for texels whose rays agree by
+# chance: the error against a crease's exact occlusion is 1.05 to 1.2 times the estimated one.
 NOISE = 0.003
 
 
 class Truth:
-    """Ray-cast occlusion of the views of one scene; InputError if its mesh is not at hand, or the layer has no rays."""
+    """Ray-cast occlusion of the views of one scene; InputError without a mesh, or if the layer has several radii."""
 
     def __init__(self, rendered: RenderedView, mesh: str | None) -> None:
         folder = rendered.folder
@@ -43,7 +43,7 @@ class Truth:
         self._occluders = Occluders(self._surface.mesh)
 
     def cast(self, rendered: RenderedView, places: Places) -> tuple[Texture, Texture]:
-        """The truth at the texels of points that a view sees, and its standard error, (H, W); 0 elsewhere."""
+        """The truth at the texels of the points in a view, and its standard error, (H, W); 0 elsewhere."""
         view = rendered.view
         caster = self._surface.caster(rendered.entry)
         assert caster is not None
@@ -60,6 +60,6 @@ class Truth:
 
 
 def noise(shared: Shared, errors: Sequence[Texture]) -> float:
-    """Root mean square of the standard errors of the differences of pairs, by the standard errors of all values."""
+    """Root mean square standard error of the pairs' differences, from the standard errors of all values."""
     read: Values = shared.read(errors, "rays")
     return sqrt(mean_over_pairs(read, lambda a, b: a * a + b * b))

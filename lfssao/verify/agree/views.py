@@ -1,4 +1,4 @@
-"""The views of folders that ``lfssao render`` wrote: what each sees, and a layer of its occlusion."""
+"""The views of folders that ``lfssao render`` wrote, each with its positions and a layer of its occlusion."""
 
 import json
 import re
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lfssao.verify.compare.comparison import Comparison
     from lfssao.verify.compare.diagnoser import Views
 
-# Settings by which equal occlusion may be made
+# Settings that do not change occlusion
 _IRRELEVANT_SETTINGS = ("layers", "caster", "color_filter", "normals", "blur_sigma", "blur_weights")
 
 
@@ -37,8 +37,8 @@ class RenderedView:
     folder: "Folder"
     name: str
     view: View
-    layers: Sequence[Layer]  # all of the file, as they are there
-    arrays: dict[str, NDArray[Any]]  # positions, (H, W, 3), and the layer, (H, W), without guard bands, by name
+    layers: Sequence[Layer]  # all layers of the file
+    arrays: dict[str, NDArray[Any]]  # positions, (H, W, 3), and the layer, (H, W), by name, without guard bands
 
     @property
     def entry(self) -> dict[str, Any]:
@@ -47,12 +47,12 @@ class RenderedView:
 
     @property
     def key(self) -> tuple[str, str]:
-        """The key by which views are sorted: name, numbers and digests."""
+        """A key that sorts views: name, numbers and digests."""
         return self.name, json.dumps([self.entry["view"], self.entry["textures"]], sort_keys=True)
 
 
 class Folder:
-    """A folder that ``lfssao render`` wrote, or a file of one; InputError if it is none, or lacks the layer."""
+    """A folder that ``lfssao render`` wrote, or one of its files; InputError if it is another, or lacks the layer."""
 
     def __init__(self, path: Path, layer: str) -> None:
         self.path = path
@@ -71,13 +71,13 @@ class Folder:
                 raise InputError(f"{path}: it has no layer positions, by which views are matched")
 
     def names(self, chosen: range | None) -> list[str]:
-        """Its views whose number is chosen; None, and names without a number, stand for all."""
+        """Names of the views with a chosen number, all for None; names without a number are always included."""
         found = {name: re.search(r"[0-9]+$", name) for name in self.reference.files}
         return [name for name, number in found.items() if chosen is None or not number or int(number[0]) in chosen]
 
     @cached_property
     def scene(self) -> tuple[Any, ...]:
-        """Digests of its mesh and the place of it, equal for folders of one scene."""
+        """Digests of the mesh, and its place; equal for folders of one scene."""
         with reading_manifest(self.path):
             scene = self.manifest["scene"]
             frame = self.manifest.get("frame")
@@ -93,7 +93,7 @@ class Folder:
             }
 
     def read(self, name: str) -> RenderedView:
-        """One of its views; InputError if the file is not what the manifest describes."""
+        """Read one view; InputError if its file does not match the manifest."""
         layers, case = self.reference.read(name, Case(name, IMAGES, "", {}, {}, {}))
         with reading_manifest(self.path), errors_of(str(self.path)):
             view = view_of(name, self.reference.entries[name]["view"])
@@ -106,7 +106,7 @@ class Folder:
 
 
 def open_folders(paths: Sequence[Path], layer: str) -> list[Folder]:
-    """The folders of one scene and of one way to compute occlusion; InputError if they are not."""
+    """Open folders; InputError if their scenes or their settings of occlusion differ."""
     first, *others = folders = [Folder(path, layer) for path in paths]
     for other in others:
         if other.scene != first.scene:
@@ -118,7 +118,7 @@ def open_folders(paths: Sequence[Path], layer: str) -> list[Folder]:
 
 
 def read_views(folders: Sequence[Folder], chosen: range | None) -> list[RenderedView]:
-    """The views of all folders, in an order that does not depend on the folders'; InputError for fewer than two."""
+    """Read the views of all folders, in an order independent of the folders'; InputError for fewer than two."""
     names = [(folder, name) for folder in folders for name in folder.names(chosen)]
     files = [folder.reference.files[name].resolve() for folder, name in names]
     if len(set(files)) < len(files):
@@ -135,9 +135,9 @@ def read_views(folders: Sequence[Folder], chosen: range | None) -> list[Rendered
 
 
 def occlusion_case(rendered: RenderedView) -> tuple[Case, float | None]:
-    """How a view's occlusion was made, and the layer's radius, world units, None of layers of several radii.
+    """The case of a view's occlusion, and the layer's radius, world units; None if the layer has several radii.
 
-    InputError if the manifest does not say it, or the estimator is one of one's own that was not read.
+    InputError if the manifest is incomplete, or the estimator is a user's file that was not read.
     """
     folder = rendered.folder
     case = view_case(folder.path, folder.manifest, rendered.entry)
@@ -146,9 +146,9 @@ def occlusion_case(rendered: RenderedView) -> tuple[Case, float | None]:
 
 
 class Renderer:
-    """Another renderer's folders or files, one for each of the folders, or one for all.
+    """Another renderer's folders or files, one for each of the reference's folders, or one for all.
 
-    Rules and files are those of ``lfssao.compare``. InputError if there is no such file, or another number of folders.
+    Rules and files are those of ``lfssao.compare``. InputError if a path does not exist, or if their number is wrong.
     """
 
     def __init__(
@@ -164,7 +164,7 @@ class Renderer:
         self._mine = dict(zip(folders, sides, strict=True))
 
     def comparison(self, folder: Folder, layers: Sequence[str], mesh: str | None, other_views: "Views") -> "Comparison":
-        """A comparison of its textures with a folder's, of these layers; ``more`` are views of other folders."""
+        """A comparison of its textures with a folder's in some layers; ``other_views`` are those of other folders."""
         from lfssao.verify.compare.comparison import Comparison  # late: it imports what judges and diagnoses
 
         options = self._rules, layers, False, "shader", None, Tolerance()
@@ -172,7 +172,7 @@ class Renderer:
         return Comparison(path, folder.path, *options, mesh=mesh, files=self._files, other_views=other_views)
 
     def read(self, rendered: RenderedView) -> NDArray[Any]:
-        """Its texture of a view, (H, W); InputError if there is none, or one of another size or type."""
+        """Read the renderer's texture of a view, (H, W); InputError if it is missing or of another size or type."""
         side = self._mine[rendered.folder]
         name = rendered.folder.layer
         expected = next(layer for layer in rendered.layers if layer.name == name)

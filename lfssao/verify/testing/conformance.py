@@ -1,4 +1,4 @@
-"""Conformance of another renderer to a case of the kit, as an assertion."""
+"""Assert that another renderer conforms to a case of the kit."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -49,7 +49,7 @@ def assert_conforms(mine: Array | Mapping[str, Array], case: Case | str | Path, 
 
 
 def _faults(mine: Array | Mapping[str, Array], case: Case, strict: bool) -> Iterator[str]:
-    """One sentence for each output that does not conform, in the order in which they are computed."""
+    """Yield a sentence for each output that does not conform, in the order of computation."""
     main = next(iter(case.outputs))
     given = {name: np.asarray(array) for name, array in (mine if isinstance(mine, Mapping) else {main: mine}).items()}
     unknown = [name for name in given if name not in case.outputs]
@@ -65,7 +65,7 @@ def _faults(mine: Array | Mapping[str, Array], case: Case, strict: bool) -> Iter
 
 
 def _numbers(mine: Array, reference: Array, judged: Judgement, strict: bool) -> str:
-    """How many numbers are wrong, and the first of them."""
+    """A sentence on the number of wrong numbers, and the first of them."""
     bounds = None if strict else judged.bounds
     wrong = judged.differing if bounds is None else judged.outside
     index = tuple(int(k) for k in np.argwhere(wrong)[0])

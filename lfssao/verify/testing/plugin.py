@@ -1,4 +1,4 @@
-"""The pytest plugin: the fixture ``lfssao_case``, for tests that are to run once for each case of the kit.
+"""The pytest plugin: the fixture ``lfssao_case``, for tests that run once for each case of the kit.
 
 Every run of pytest where lfssao is installed loads this file, so it imports nothing that takes time.
 """
@@ -45,7 +45,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 def _chosen(marker: pytest.Mark, folder: Path | None) -> list[str]:
-    """Names of the cases that a marker asks for; all stages where it names none."""
+    """Names of the cases that a marker selects; of all stages if it names none."""
     stages, _ = _kit(folder)
     _check("parameter", marker.kwargs, ("kinds",))
     _check("stage", marker.args, stages.values())
@@ -69,7 +69,7 @@ def _check(noun: str, names: Iterable[str], choices: Iterable[str]) -> None:
 
 @cache
 def _kit(folder: Path | None) -> tuple[dict[str, str], Callable[[str], "Case"]]:
-    """The stage of each case by its name, and what makes or reads a case of a name."""
+    """The stage of each case by its name, and a function that computes or reads a case by its name."""
     if folder is None:
         from lfssao.verify.kit.cases import RECIPES, make_case  # late: numba
 
@@ -83,7 +83,7 @@ def _kit(folder: Path | None) -> tuple[dict[str, str], Callable[[str], "Case"]]:
 
 @cache
 def _kind(name: str, folder: Path | None) -> str | None:
-    """The kind of a case's mapping, as in lfssao.optics.view.KINDS; None where it has no mapping."""
+    """The kind of a case's mapping, as in lfssao.optics.view.KINDS; None if it has no mapping."""
     if folder is None:
         from lfssao.verify.kit.cases import RECIPES
 

@@ -1,4 +1,4 @@
-"""hypothesis strategies for lfssao's arguments, by keyword only; InputError for limits and names that mean nothing."""
+"""hypothesis strategies for lfssao's arguments, with keyword-only options; InputError for invalid limits and names."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -31,7 +31,7 @@ def _check_names(argument: str, names: Any, choices: Sequence[str]) -> None:
 def radii(*, least: float = 0.0, most: float = 1e30, zero: bool = True) -> SearchStrategy[float]:
     """Radii of the sampling ball: everyday ones, and the smallest and largest that are allowed.
 
-    They are from ``least`` to ``most``, and 0, drawn apart, where ``zero`` says so.
+    They lie between ``least`` and ``most``; with ``zero``, 0 is drawn, too.
 
     >>> strategy = lfssao.testing.radii(most=10.0)  # for @given(radius=strategy)
     """
@@ -49,8 +49,8 @@ def sample_sets(
 ) -> SearchStrategy[SampleSet]:
     """Sample sets by any method, number and seed.
 
-    The domain is 'square', 'sphere', 'ball' or 'disk', any by default; methods are names, all of the domain by default;
-    ``least`` and ``most`` are numbers of points, of which repulsion has at most 64.
+    The domain is 'square', 'sphere', 'ball' or 'disk', any by default. Methods are names, all of the domain by default.
+    ``least`` and ``most`` limit the number of points; repulsion has at most 64.
 
     >>> strategy = lfssao.testing.sample_sets(domain="ball", most=64)  # for @given(samples=strategy)
     """
@@ -80,10 +80,11 @@ def _sample_sets(draw: DrawFn, domains: list[str], methods: tuple[str, ...] | No
 
 
 def cameras(*, projections: tuple[str, ...] = PROJECTIONS, distance: float = 10.0) -> SearchStrategy[Camera]:
-    """Cameras that look at something near the origin of world space, upright or tilted.
+    """Cameras that look at a point near the origin of world space, upright or tilted.
 
-    Projections are 'perspective' and 'orthographic'. They stand 0.2 to 1 ``distance`` away, world units, at most 64
-    degrees above or below; they see 0.1 to 1.5 of that height, from 0.01 to 0.5 of it on, up to 1.5 to 10 of it.
+    Projections are 'perspective' and 'orthographic'. Cameras are 0.2 to 1 ``distance`` away, world units, at most 64
+    degrees above or below. Relative to that, their view is 0.1 to 1.5 high, the near plane 0.01 to 0.5 and the far
+    plane 1.5 to 10 away.
 
     >>> strategy = lfssao.testing.cameras(projections=("perspective",))  # for @given(camera=strategy)
     """
@@ -159,9 +160,9 @@ def gbuffers(
 ) -> SearchStrategy[Buffers]:
     """Textures of a view of a few texels: any depth, positions and normals, and texels without a surface.
 
-    The textures fit each other where there is no surface, and need not be those of any scene. ``dtype`` is float32 or
-    float64, ``most`` the most texels a side, ``normals`` says whether there is a normals texture, and ``views`` is a
-    strategy of views, by default of cameras and single modules.
+    The textures agree on the texels without a surface, but need not show any scene. ``dtype`` is float32 or float64,
+    ``most`` the largest number of texels of a side. ``normals`` adds a normals texture. ``views`` is a strategy of
+    views, by default of cameras and single modules.
 
     >>> strategy = lfssao.testing.gbuffers(most=16)  # for @given(buffers=strategy)
     """

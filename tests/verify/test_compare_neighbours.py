@@ -11,7 +11,7 @@ from jobs import edit, manifest_of, render
 import lfssao
 from lfssao.files.exr import read_exr, write_exr
 from lfssao.rendering.manifest import view_of
-from lfssao.verify.diagnosis.estimated import _padded
+from lfssao.verify.diagnosis.buffers import padded_buffers
 from lfssao.verify.verdict import Verdict
 
 WORDS = ["statue", "--display", "sample-a", "--modules", "8:12", "--resolution", "96x60", "--radii", "0.3",
@@ -177,6 +177,6 @@ def test_a_planted_change_is_named(reference, tmp_path, kind, values, make):
 
 def test_a_rule_of_the_border_is_of_the_modules_own_texture_alone(reference):
     seen = buffers_of(reference, MODULE)
-    larger = _padded(seen, 3, "clamp")
+    larger = padded_buffers(seen, 3, "clamp")
     assert larger.depth.shape == (66, 102)
     assert larger.neighbours is seen.neighbours

@@ -7,7 +7,6 @@ bounds of the changed estimator, is undecided.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache, partial
 from typing import Any, ClassVar
@@ -17,14 +16,22 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator, Value
 from lfssao.ao.estimators.registry import estimate
-from lfssao.ao.textures import Buffers, Texture
-from lfssao.core.affine import transform_points
-from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX
-from lfssao.optics.view import View, WorldToImage
+from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import Bounds, FloatArray
-from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.points import point_bounds
+from lfssao.verify.diagnosis.buffers import (
+    changed_turns,
+    face_normals,
+    padded_buffers,
+    physical_positions,
+    remake_buffers,
+    shifted_view,
+    unturned,
+    view_axes,
+    with_far_texels,
+    with_view,
+)
 from lfssao.verify.diagnosis.change import (
     FACTOR,
     OUTSIDE,
@@ -94,7 +101,7 @@ class Estimated(Problem):
     border: str | None = None  # a rule of ``INSIDE`` by which texels inside stand for those beyond the border
     model: ErrorModel | None = None  # of the bounds, where they are asked for
     # ``remake(buffers, makers)``: textures of others by functions of them, by name; the last ones are kept
-    remake: Callable[..., Buffers] = field(default_factory=lambda: lru_cache(maxsize=2)(_remake_buffers))
+    remake: Callable[..., Buffers] = field(default_factory=lambda: lru_cache(maxsize=2)(remake_buffers))
 
     whole: ClassVar[bool] = True
 
@@ -128,7 +135,7 @@ class Estimated(Problem):
     def _padded_textures(self) -> tuple[Buffers, tuple[Places, Places]]:
         """Textures with what the border's rule puts beyond it, and the rows and columns of the texels there."""
         guard = 0 if self.border is None else self._guard
-        buffers = self.buffers if self.border is None else _padded(self.buffers, guard, self.border)
+        buffers = self.buffers if self.border is None else padded_buffers(self.buffers, guard, self.border)
         return buffers, (self.rows + guard, self.columns + guard)
 
     @property
@@ -162,7 +169,7 @@ class Estimated(Problem):
         if sight.pinhole:
             return None
         if sight.middle != self.sight.middle:  # positions are given: a sample's texel is the one around its middle
-            view = _shifted_view(self.buffers.view, self.sight.middle - sight.middle)
+            view = shifted_view(self.buffers.view, self.sight.middle - sight.middle)
             return self.changed(buffers=with_view(self.buffers, view))
         return self.changed(sight=sight, buffers=with_view(self.buffers, sight.view))
 
@@ -173,7 +180,7 @@ class Estimated(Problem):
         changes += [*self._neighbour_changes(), *self._other_view_changes(), *tap_changes(self)]
         changes.append(with_buffers("positions of half precision", positions=lambda b: half(b.positions)))
         changes.append(with_buffers("depth of half precision", depth=lambda b: half(b.depth)))
-        changes.append(with_buffers("positions in physical space", positions=_physical_positions))
+        changes.append(with_buffers("positions in physical space", positions=physical_positions))
         if self.estimator.turns:
             changes += self._turn_changes()
         if self.buffers.normals is not None and self.estimator.reads_normals(self.options):
@@ -230,13 +237,13 @@ class Estimated(Problem):
     def _other_view_changes(self) -> Iterator[Change]:
         """Textures of other views."""
         for view, depth in self.textures("depth").items():
-            yield with_buffers(f"the depth of {view}", depth=partial(_with_far_texels, other=depth))
+            yield with_buffers(f"the depth of {view}", depth=partial(with_far_texels, other=depth))
         reads_normals = self.buffers.normals is not None and self.estimator.reads_normals(self.options)
         for view, normals in self.textures("normals").items() if reads_normals else ():
             yield with_buffers(f"the normals of {view}", normals=lambda b, normals=normals: normals)  # type: ignore[misc]
-        own = _view_axes(self.sight.view)
+        own = view_axes(self.sight.view)
         for view, sight in self.others.items() if reads_normals else ():
-            matrix = _view_axes(sight.view).T @ own
+            matrix = view_axes(sight.view).T @ own
             if not np.allclose(matrix, np.eye(3), atol=_SAME_AXES):
                 yield _turned_normals(f"normals in the view space of {view} taken for its own", matrix)
                 yield _turned_normals(f"normals in its own view space taken for that of {view}", matrix.T)
@@ -246,7 +253,7 @@ class Estimated(Problem):
         yield with_buffers("normals with the other sign", normals=lambda b: -np.asarray(b.normals))
         yield with_buffers("normals made from positions", normals=cache(face_normals))
         yield with_buffers("normals of half precision", normals=lambda b: half(np.asarray(b.normals)))
-        axes = _view_axes(self.sight.view)
+        axes = view_axes(self.sight.view)
         for name, axis in zip("xyz", axes, strict=True):
             matrix = np.eye(3) - 2 * np.outer(axis, axis)
             yield _turned_normals(f"{name} of normals in view space with the other sign", matrix)
@@ -259,12 +266,12 @@ class Estimated(Problem):
         turns, shape = self.buffers.turns, self.buffers.depth.shape
         if turns is not None:
             signs = np.array([1, -1, 1][: len(turns)], turns.dtype)[:, None, None]
-            yield with_buffers("samples are not turned", turns=_unturned)
-            inverted = partial(_changed_turns, change=lambda turns: turns * signs)
+            yield with_buffers("samples are not turned", turns=unturned)
+            inverted = partial(changed_turns, change=lambda turns: turns * signs)
             yield with_buffers("samples turned the other way", turns=inverted)
             noise = other_noise(len(turns), self.estimator.vectors) if self.rotation == "none" else ()
             for words, change in (*noise, *stretched_tiles(turns)):
-                yield with_buffers(words, turns=partial(_changed_turns, change=change))
+                yield with_buffers(words, turns=partial(changed_turns, change=change))
         for words, make in other_turns(self.rotation, self.seed, shape[0], shape[1], self.places):
             yield with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]
         for words, number in turn_seeds(self.rotation, self.seed):
@@ -272,35 +279,9 @@ class Estimated(Problem):
             yield late(with_buffers(words, turns=lambda b, turned=turned: turned(b).turns))  # type: ignore[misc]
 
 
-def _changed_turns(buffers: Buffers, change: Callable[[Any], Any]) -> Any:
-    """The turns after a change; None without turns."""
-    return None if buffers.turns is None else change(buffers.turns)
-
-
-def _with_far_texels(buffers: Buffers, other: Texture) -> Texture:
-    """Depth of another view, far away at texels whose own surface is none there."""
-    view = buffers.view
-    farthest = np.finfo(other.dtype).max if view.screen_to_world is None or view.linear else 1.0
-    return np.where(np.isinf(other) & np.isfinite(buffers.depth), other.dtype.type(farthest), other)
-
-
-def _view_axes(view: View) -> FloatArray:
-    """Unit vectors to the right, up and towards the viewer, (3, 3), in world space."""
-    axes = view.world_from_cast[:, :3].T * [[1], [1], [-1]]
-    return np.asarray(axes / np.linalg.norm(axes, axis=1, keepdims=True))
-
-
 def _turned_normals(kind: str, matrix: FloatArray) -> Change:
     """The change of normals by a matrix, of normals as rows."""
     return with_buffers(kind, normals=lambda b: np.asarray(b.normals, np.float64) @ matrix)
-
-
-def _unturned(buffers: Buffers) -> Any:
-    """Turns by an angle of 0: none, or the third numbers of noise alone."""
-    turns = buffers.turns
-    if turns is None or len(turns) == 2:
-        return None
-    return np.stack([np.ones_like(turns[2]), np.zeros_like(turns[2]), turns[2]])
 
 
 def with_buffers(kind: str, **makers: Callable[[Buffers], Any]) -> Change:
@@ -308,70 +289,10 @@ def with_buffers(kind: str, **makers: Callable[[Buffers], Any]) -> Change:
     return plain(kind, lambda p: p.changed(buffers=p.remake(p.buffers, tuple(makers.items()))))
 
 
-def _remake_buffers(buffers: Buffers, makers: tuple[tuple[str, Callable[[Buffers], Any]], ...]) -> Buffers:
-    textures = {name: make(buffers) for name, make in makers}
-    single: dict[str, Any] = {
-        n: None if t is None else np.ascontiguousarray(t, buffers.depth.dtype) for n, t in textures.items()
-    }
-    return replace(buffers, **single)
-
-
-def with_view(buffers: Buffers, view: View) -> Buffers:
-    """The same textures of another view of their size; to check them once more would take longer than a trial."""
-    other = copy(buffers)
-    other.__dict__.pop("directions", None)
-    other.__dict__.update(view=view)
-    return other
-
-
 def _without_neighbours_in(problem: Estimated, removed: slice) -> Estimated:
     neighbours = list(problem.buffers.neighbours)
     del neighbours[removed]
     return problem.changed(buffers=replace(problem.buffers, neighbours=neighbours))
-
-
-def _padded(buffers: Buffers, guard: int, border: str) -> Buffers:
-    """Textures with texels beyond the border, by a rule of ``INSIDE``."""
-    mode = {"clamp": "edge", "mirror": "symmetric", "wrap": "wrap"}.get(border, "reflect")
-
-    def padded(texture: Texture | None, first: int = 0) -> Any:
-        if texture is None:
-            return None
-        widths = [(guard * (k in (first, first + 1)),) * 2 for k in range(texture.ndim)]
-        return np.ascontiguousarray(np.pad(texture, widths, mode=mode))  # type: ignore[call-overload]
-
-    textures = padded(buffers.depth), padded(buffers.positions), padded(buffers.normals), padded(buffers.turns, 1)
-    return Buffers(_widened_view(buffers.view, guard), *textures, neighbours=buffers.neighbours)
-
-
-def _widened_view(view: View, guard: int) -> View:
-    """A view with as many texels more on each side."""
-    return replace(_shifted_view(view, guard), width=view.width + 2 * guard, height=view.height + 2 * guard)
-
-
-def _physical_positions(buffers: Buffers) -> FloatArray:
-    """Positions in the space of rays, a display's physical space; infinite where there is no surface."""
-    with np.errstate(all="ignore"):
-        points = buffers.positions.reshape(-1, 3).astype(np.float64)
-        physical = transform_points(buffers.view.cast_from_world, points)
-    return np.where(np.isnan(physical), np.inf, physical).reshape(buffers.positions.shape)
-
-
-def _shifted_view(view: View, texels: float) -> View:
-    """A view whose image lies so many texels further right and down."""
-    shifted = displaced(view, -texels, -texels)
-    numbers, inverse = view.world_to_image.numbers.copy(), view.screen_to_world
-    if view.rays.kind == CROSSED_SLITS:
-        numbers[14:16] += texels
-    elif view.rays.kind == MATRIX:
-        numbers[0:8] += texels * np.tile(numbers[12:16], 2)
-        assert inverse is not None
-        inverse = np.column_stack([inverse[:, :3], inverse[:, 3] - texels * (inverse[:, 0] + inverse[:, 1])])
-    else:
-        numbers[12:] = shifted.lens
-        for row in (0, 3):
-            numbers[20 + row : 23 + row] += texels * numbers[26:29]
-    return replace(shifted, world_to_image=WorldToImage(view.rays.kind, numbers), screen_to_world=inverse)
 
 
 def _with_option(name: str, problem: Estimated, value: Value) -> Estimated:
@@ -391,13 +312,3 @@ def _formatted(value: Value) -> str:
 
 def _scaled_option(name: str, limits: tuple[float, float], problem: Estimated, factor: float) -> Estimated:
     return _with_option(name, problem, float(np.clip(problem.options[name] * factor, *limits)))
-
-
-def face_normals(buffers: Buffers) -> NDArray[Any]:
-    """Unit normals of the differences of the next positions, towards the viewer; 0 where there is no surface."""
-    with np.errstate(all="ignore"):
-        down, across = (np.gradient(buffers.positions.astype(np.float64), axis=axis) for axis in (0, 1))
-        normal = np.cross(down, across)
-        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-        normal *= -np.sign(np.einsum("ijk,ijk->ij", normal, buffers.directions))[..., None]
-    return np.where(np.isfinite(normal), normal, 0).astype(buffers.depth.dtype)

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from lfssao.optics.view import View
 from lfssao.verify.bounds.bounds import FloatArray
+from lfssao.verify.diagnosis.buffers import with_view
 from lfssao.verify.diagnosis.change import Axis, Change, fixed, plain, scaled
-from lfssao.verify.diagnosis.estimated import REMAPPED, Estimated, with_buffers, with_view
+from lfssao.verify.diagnosis.estimated import REMAPPED, Estimated, with_buffers
 from lfssao.verify.diagnosis.formulated import NEAREST, Formulated
 from lfssao.verify.diagnosis.post import half
 from lfssao.verify.diagnosis.views import Sight

@@ -89,7 +89,8 @@ def physical_positions(buffers: Buffers) -> FloatArray:
 def shifted_view(view: View, texels: float) -> View:
     """A view whose image lies so many texels further right and down."""
     shifted = displaced(view, -texels, -texels)
-    numbers, inverse = view.world_to_image.numbers.copy(), view.screen_to_world
+    numbers = view.world_to_image.numbers.copy()
+    inverse = view.screen_to_world
     if view.rays.kind == CROSSED_SLITS:
         numbers[14:16] += texels
     elif view.rays.kind == MATRIX:

@@ -199,7 +199,9 @@ def scaled(kind: str, apply: Callable[[Any, float], Any], axis: Axis = FACTOR, w
 
 def shifts(apply: Callable[[Any, float, float], Any]) -> list[Change]:
     """Shifts by texels along u, along v and along both."""
-    axis, coarse, words = Axis(3e-4, 6.0, signed=False), Axis(0.01, 6.0, number=5, signed=False), "shifted by {} texels"
+    axis = Axis(3e-4, 6.0, signed=False)
+    coarse = Axis(0.01, 6.0, number=5, signed=False)
+    words = "shifted by {} texels"
     return [
         Change("shift of u", lambda p, s: apply(p, s[0], 0.0), f"u {words}", (axis,)),
         Change("shift of v", lambda p, s: apply(p, 0.0, s[0]), f"v {words}", (axis,)),

@@ -11,19 +11,28 @@ from lfssao.verify.diagnosis.problems import Texture
 from lfssao.verify.diagnosis.search import DECIDED, FEWEST, NEAR, ROUGH, Sample, Search, Trial, pair
 from lfssao.verify.verdict import Flags, Verdict, texels
 
-_SCREENED = 96  # texels on which all changes are tried
-_TRIED = 256  # on which the likely are
-_SEARCHED = 2400  # on which the best are refined
-_POLISHED = 1_200_000  # samples or taps of the texels that the best change's values are made good on
-_MOST = 640_000  # samples or taps that shares are counted over
-_FEW, _ALL = 250, 5_000_000  # with fewer wrong texels so many samples or taps are: each texel made wrong counts
-_NARROW = 1.2  # factor within which values are made good
-_WIDER, _REPEATS = 2.0, 6  # the same of few wrong texels, and how often: their values may be far off
-_FEWEST = 2_000  # texels
-_LIKELY = 0.8  # share of the wrong texels that a change explains whose values are then made good
-_DECIDED_AGAIN = 0.1  # share of the wrong texels that a change decides which explains other textures
-_MOST_CANDIDATES = 4  # changes that explain a texture, of which other textures may tell the right one
-_INNER = 0.1  # share of the wrong texels whose samples all stay inside, at least, to be explained by themselves
+# Texels on which all changes are tried, on which the likely ones are, and on which the best ones are refined.
+_SCREENED = 96
+_TRIED = 256
+_SEARCHED = 2400
+
+# Samples or taps of the texels on which values are polished, and over which shares are counted. With fewer wrong texels
+# than _FEW, shares are counted over _ALL, as each further wrong texel counts. Both use at least _FEWEST texels.
+_POLISHED = 1_200_000
+_MOST = 640_000
+_FEW = 250
+_ALL = 5_000_000
+_FEWEST = 2_000
+
+# Factors within which values are polished. Those of few wrong texels may be far off: a wider factor is tried again.
+_NARROW = 1.2
+_WIDER = 2.0
+_REPEATS = 6
+
+_LIKELY = 0.8  # a change that explains this share of the wrong texels is polished
+_DECIDED_AGAIN = 0.1  # least share of the wrong texels that a change of other textures must decide
+_MOST_CANDIDATES = 4  # largest number of explanations; other textures may decide among them
+_INNER = 0.1  # least share of the wrong texels whose samples stay inside, to explain them separately
 
 
 @dataclass(frozen=True)
@@ -54,7 +63,8 @@ class Diagnosis:
         if not self.candidates:
             share = f"(best {percent(max(self.nearest, 0.0))} of {self.wrong} wrong texels)"
             return f"{prefix}no setting of {self.subject} comes near {module} {share}"
-        best, number = self.candidates[0], f"the {self.wrong} wrong texels of {module}"
+        best = self.candidates[0]
+        number = f"the {self.wrong} wrong texels of {module}"
         if not self.fits:
             nearest = f"the nearest, {best.words}, explains {percent(best.explained)}"
             return f"{prefix}no change that was tried explains {number}; {nearest}"
@@ -92,7 +102,8 @@ class _Sampler:
 
     def _sample(self, wrong: Places, right: Places) -> Sample:
         """A sample of such texels, each with the weight of those that it stands for."""
-        places, weights = np.concatenate([wrong, right]), []
+        places = np.concatenate([wrong, right])
+        weights = []
         for drawn, represented in ((wrong, self.wrong), (right, self.right)):
             weight = len(represented) / max(len(drawn), 1) / (len(self.wrong) + len(self.right))
             weights.append(np.full(len(drawn), weight))
@@ -153,9 +164,11 @@ class WrongTexture(Texture):
 
         Known candidates, of other textures, are tried first; without ``search`` nothing else is.
         """
-        depth, wrong = self.inputs.get("depth"), self._wrong
+        depth = self.inputs.get("depth")
+        wrong = self._wrong
         has_surface = np.True_ if depth is None else np.isfinite(self.cropped(depth))
-        wrong_places, right_places = np.flatnonzero(wrong & has_surface), np.flatnonzero(~wrong & has_surface)
+        wrong_places = np.flatnonzero(wrong & has_surface)
+        right_places = np.flatnonzero(~wrong & has_surface)
         if len(wrong_places) == 0 and self.background is not None:
             return Diagnosis(True, (self.background,), 1, 1.0, len(right_places), 0)
         diagnosis = self._diagnose_surface(wrong_places, right_places, known, search)
@@ -176,7 +189,8 @@ class WrongTexture(Texture):
         again = self._diagnose_texels(wrong, right, cost, known, False) if known else None
         if again is not None and again.fits:
             return again
-        inner_wrong, inner_right = wrong[~self._leaves_texture(wrong)], right[~self._leaves_texture(right)]
+        inner_wrong = wrong[~self._leaves_texture(wrong)]
+        inner_right = right[~self._leaves_texture(right)]
         if len(inner_wrong) < max(FEWEST, _INNER * len(wrong)) or len(inner_wrong) == len(wrong):
             return self._diagnose_texels(wrong, right, cost, known, search)
         # Samples that leave the texture may be a fault of their own: the others are explained before them.
@@ -198,7 +212,8 @@ class WrongTexture(Texture):
         """The diagnosis of wrong texels among others; ``borders``: known changes with a fault of the border as well."""
         sampler = _Sampler(self, wrong, right, cost)
         counted = sampler.counted_sample()
-        small, large = sampler.random_sample(_TRIED), sampler.random_sample(_SEARCHED)
+        small = sampler.random_sample(_TRIED)
+        large = sampler.random_sample(_SEARCHED)
         # A run makes a whole texture however few texels are asked for; by few of hbao's another radius is overlooked.
         tiny = small if isinstance(small.problem, Estimated) else sampler.random_sample(_SCREENED)
         changes = small.problem.changes()
@@ -276,7 +291,8 @@ class WrongTexture(Texture):
 
     def _candidate(self, trial: Trial) -> Candidate:
         """The candidate of a trial on the counted texels."""
-        change, hint = trial.change, trial.change.hint.replace("{layer}=", "{own}=")
+        change = trial.change
+        hint = trial.change.hint.replace("{layer}=", "{own}=")
         hint_text = hint.format(own=self.channel or self.name, layer=self.name)
         shares = 1.0 - trial.left, trial.decided, trial.explained
         return Candidate(

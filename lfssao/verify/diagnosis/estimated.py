@@ -64,7 +64,8 @@ TOLERANCE = SUM_TOLERANCE  # of a small error beyond the interval a quarter of i
 _OPTION = replace(FACTOR, most=3.5)  # lengths in texels or of another unit are farther off than radii
 _SAME_AXES = 1e-6  # difference of axes of views that are parallel
 _MOST_COUNT = 40  # of taps, turns and other whole numbers
-REMAPPED, OCCLUDES = "2 max(0, ao - 1/2) in place of ao", "background counted as occluder"
+REMAPPED = "2 max(0, ao - 1/2) in place of ao"
+OCCLUDES = "background counted as occluder"
 # Names of options with another value, where they have one of their own.
 _WORDS = {
     ("remap", True): REMAPPED,
@@ -107,9 +108,11 @@ class Estimated(Problem):
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The estimator's occlusion, with room for rounding."""
-        values, is_small = self.values(), (self.excess > 0) & self.has_interval
+        values = self.values()
+        is_small = (self.excess > 0) & self.has_interval
         margin = self.interval_width / 4 + np.where(is_small, np.minimum(TOLERANCE, self.excess / 4), TOLERANCE)
-        low, high = values - margin, values + margin
+        low = values - margin
+        high = values + margin
         bounds = None if self.model is None else self._bounds()
         if bounds is None:
             return low, high
@@ -127,7 +130,8 @@ class Estimated(Problem):
     def _bounds(self) -> Bounds | None:
         """Bounds of the estimator's occlusion of the texels, (K,), if they are known."""
         buffers, texels = self._padded_textures()
-        samples, options = (self.points, self.weights), self.options
+        samples = (self.points, self.weights)
+        options = self.options
         assert self.model is not None
         bounds = point_bounds(self.estimator.name, buffers, self.radius, *samples, options, self.model)
         return bounds and Bounds(bounds.lower[texels], bounds.upper[texels])
@@ -157,8 +161,10 @@ class Estimated(Problem):
 
     def leaves_texture(self) -> Flags:
         """Whether a texel's ball reaches beyond the texture."""
-        extent, (height, width) = self._ball_extent() + 1, self.buffers.depth.shape
-        u, v = self.columns + 0.5, self.rows + 0.5
+        extent = self._ball_extent() + 1
+        height, width = self.buffers.depth.shape
+        u = self.columns + 0.5
+        v = self.rows + 0.5
         is_inside = (
             (u - extent[:, 0] > 0) & (u + extent[:, 0] < width) & (v - extent[:, 1] > 0) & (v + extent[:, 1] < height)
         )
@@ -263,7 +269,8 @@ class Estimated(Problem):
 
     def _turn_changes(self) -> Iterator[Change]:
         """Samples that turn from texel to texel otherwise, or not."""
-        turns, shape = self.buffers.turns, self.buffers.depth.shape
+        turns = self.buffers.turns
+        shape = self.buffers.depth.shape
         if turns is not None:
             signs = np.array([1, -1, 1][: len(turns)], turns.dtype)[:, None, None]
             yield with_buffers("samples are not turned", turns=unturned)

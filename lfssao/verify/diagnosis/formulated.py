@@ -32,10 +32,13 @@ from lfssao.verify.diagnosis.views import Sight
 from lfssao.verify.verdict import Flags
 
 _MOST_SAMPLES = 256  # samples, and steps, each of which is left out in turn
-NEAREST, _CLEARED = 0, 1  # texels behind those of the view, whose surfaces may stand where there is none
-_NONE = -1  # no texel does
+# Extra texels after those of the view, whose surfaces may replace the background: nearest, or cleared to 0; or none.
+NEAREST = 0
+_CLEARED = 1
+_NONE = -1
 _LEAST_DIFFERING = 0.1  # share of the texels at which changes differ
-_LEAST_REACH, _MOST_REACH = 0.5, 500.0  # texels
+_LEAST_REACH = 0.5  # texels
+_MOST_REACH = 500.0
 _HALF = 2**13 + 1  # splits a float32 into half precision and the rest
 
 # Fields on which the view and its textures do not depend.
@@ -118,7 +121,8 @@ class Formulated(Estimated):
     @cached_property
     def _view(self) -> FloatView:
         """The view as formulas read it, with two texels behind its own."""
-        floats, buffers = float_view(self.buffers, self._words, self.look_ups), self.buffers
+        floats = float_view(self.buffers, self._words, self.look_ups)
+        buffers = self.buffers
         dtype = floats.depth.dtype.type
         cleared = floats.rows[15] if floats.kind == MATRIX else dtype(0)
         surfaces = floats.surfaces
@@ -128,14 +132,13 @@ class Formulated(Estimated):
                 surfaces = np.nextafter(surfaces, dtype(np.copysign(np.inf, self.sign * self.ties)))
             surfaces = np.append(surfaces, [dtype(-np.inf), cleared])
         normals = buffers.positions if buffers.normals is None else buffers.normals
-        depth, positions, normals = (
-            self._padded_texture(buffers.depth),
-            self._padded_texture(buffers.positions),
-            self._padded_texture(normals),
-        )
+        depth = self._padded_texture(buffers.depth)
+        positions = self._padded_texture(buffers.positions)
+        normals = self._padded_texture(normals)
         if floats.look is not None:  # the textures are not as they are
             depth = with_extra_texels(floats.depth)
-            positions, normals = with_extra_texels(floats.positions, 3), with_extra_texels(floats.normals, 3)
+            positions = with_extra_texels(floats.positions, 3)
+            normals = with_extra_texels(floats.normals, 3)
         can_mark_surfaces = (
             not self.ties and self.sign * self.depth_scale > 0 and not (floats.look and floats.look.cleared)
         )
@@ -161,7 +164,8 @@ class Formulated(Estimated):
 
     def _reading(self) -> Reading:
         """How textures are read."""
-        dtype, count = self.buffers.depth.dtype, self._view.depth.size - 2
+        dtype = self.buffers.depth.dtype
+        count = self._view.depth.size - 2
         look = look_of(self.estimator.options(**self.options), self.buffers.depth.size) or Look()
         if self.border is not None:
             outside = count + NEAREST if self.border == look_ups.OCCLUDED else look_up.NOTHING
@@ -183,9 +187,11 @@ class Formulated(Estimated):
 
     def _occlusion_at(self, radius: float) -> Occlusion:
         """Occlusion of the texels, (1, K), at a radius."""
-        numbers, size = self._numbers(radius), self.buffers.depth.shape
+        numbers = self._numbers(radius)
+        size = self.buffers.depth.shape
         steps = getattr(numbers, "steps", 0)
-        kernel, dtype = (fold_texels if steps else sum_texels), self.buffers.depth.dtype
+        kernel = fold_texels if steps else sum_texels
+        dtype = self.buffers.depth.dtype
         weights = self._weights(len(numbers.points), steps or 1).astype(dtype)
         occlusion = np.empty(len(self.rows), dtype)
         kernel(self._view._replace(look=None), numbers, self._reading(), size, self._texels, weights, occlusion)
@@ -242,7 +248,8 @@ class Formulated(Estimated):
 
     def _texels_of_radius(self) -> FloatArray | None:
         """How many texels the radius has across the view at each texel's surface, (K,); None but of perspectives."""
-        view, depth = self.buffers.view, self.buffers.depth[self.rows, self.columns].astype(np.float64)
+        view = self.buffers.view
+        depth = self.buffers.depth[self.rows, self.columns].astype(np.float64)
         if view.screen_to_world is None or view.lens[6] or not self.radius:
             return None
         return np.asarray(self.radius * view.lens[0] / view.cast_z(depth))
@@ -258,11 +265,13 @@ class Formulated(Estimated):
         if "occludes" not in self.estimator.said("choices").get("background", ()):
             yield fixed(OCCLUDES, background=NEAREST)
         yield fixed("depth with the other sign", depth_scale=-1.0, background=NEAREST)
-        surfaces, reach = self._view.surfaces[:-2], self._depth_reach()
+        surfaces = self._view.surfaces[:-2]
+        reach = self._depth_reach()
         finite = surfaces[np.isfinite(surfaces)]
         size = float(np.median(np.abs(finite))) if finite.size else 0.0
         most = min(max(2 * reach / size, 1e-3), 2.0) if size else 1.0
-        bias, scale = Axis(1e-5 * reach, 2 * reach), Axis(1e-5 * most, most, factor=True)
+        bias = Axis(1e-5 * reach, 2 * reach)
+        scale = Axis(1e-5 * most, most, factor=True)
         yield scaled("depth bias", lambda p, b: p.changed(depth_bias=p.depth_bias + b), bias, "depth {}")
         yield scaled("depth scale", lambda p, s: p.changed(depth_scale=p.depth_scale * s), scale)
 
@@ -282,11 +291,13 @@ class Formulated(Estimated):
     def _sample_changes(self) -> Iterator[Change]:
         """Samples, directions or steps that are missing or count twice, and another number of them."""
         numbers = self._numbers(self.radius)
-        count, steps = len(numbers.points), getattr(numbers, "steps", 0)
+        count = len(numbers.points)
+        steps = getattr(numbers, "steps", 0)
         for divisor in [d for d in range(1, 3 * count) if d != count][:_MOST_SAMPLES]:
             yield fixed(f"{self.total} divided by {divisor} in place of {count}", factor=count / divisor)
         weights = np.ones(count) if self.points is None or self.weights is None else np.asarray(self.weights)
-        name, reweightings = "direction" if steps else "sample", ((0.0, "dropped"), (2.0, "doubled"))
+        name = "direction" if steps else "sample"
+        reweightings = ((0.0, "dropped"), (2.0, "doubled"))
         variants = [
             (f"{name} {k} {words}", slice(k, k + 1), weight) for weight, words in reweightings for k in range(count)
         ]

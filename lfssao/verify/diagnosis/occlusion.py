@@ -105,7 +105,8 @@ def _with_exchanged_offsets(other: Change, problem: Counted) -> Any:
 
 
 def _turned_samples(problem: Counted, degrees: float) -> Counted:
-    c, s = cos(radians(degrees)), sin(radians(degrees))
+    c = cos(radians(degrees))
+    s = sin(radians(degrees))
     return problem.changed(points=problem.points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
 
 

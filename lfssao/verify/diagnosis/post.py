@@ -107,13 +107,16 @@ class Blur(Problem):
         weights, steps = self._weights()
         identity = np.ones(1), np.zeros(1, np.int64)
         across, down = ((weights, steps) if is_blurred else identity for is_blurred in (self.horizontal, self.vertical))
-        i, j = self.columns[:, None] + across[1], self.rows[:, None] + down[1]
+        i = self.columns[:, None] + across[1]
+        j = self.rows[:, None] + down[1]
         tap_rows = apply_border(j, height, self.border)[:, :, None]
         tap_columns = apply_border(i, width, self.border)[:, None, :]
         taps = self.merged[tap_rows, tap_columns]
-        w_i, w_j = np.broadcast_to(across[0], i.shape), np.broadcast_to(down[0], j.shape)
+        w_i = np.broadcast_to(across[0], i.shape)
+        w_j = np.broadcast_to(down[0], j.shape)
         if self.border in ("zero", "left out"):
-            w_i, w_j = w_i * ((i >= 0) & (i < width)), w_j * ((j >= 0) & (j < height))
+            w_i = w_i * ((i >= 0) & (i < width))
+            w_j = w_j * ((j >= 0) & (j < height))
         if self.border == "left out":
             w_i, w_j = (w / w.sum(axis=1, keepdims=True) for w in (w_i, w_j))
         first, second = self.rounded
@@ -133,7 +136,8 @@ class Blur(Problem):
 
     def changes(self) -> list[Change]:
         """All changes of the blur."""
-        outside, cut = "texels outside the texture", "kernel cut at {:g} sigma in place of 3"
+        outside = "texels outside the texture"
+        cut = "kernel cut at {:g} sigma in place of 3"
         return [
             fixed("not blurred", horizontal=False, vertical=False),
             fixed("blurred horizontally alone", vertical=False),

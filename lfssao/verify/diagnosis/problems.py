@@ -76,7 +76,8 @@ class Texture:
         bounds = (self.stored and self.case.bounds.get(self.name)) or self.judged.bounds
         if bounds is None:
             return None
-        lower, upper = bounds.lower.astype(np.float64), bounds.upper.astype(np.float64)
+        lower = bounds.lower.astype(np.float64)
+        upper = bounds.upper.astype(np.float64)
         return {"lower": lower, "upper": upper, "bend": surface.bend(lower)}
 
     @cached_property
@@ -128,7 +129,8 @@ class Texture:
         }
         if self.name not in problems_of_layers:
             return None
-        bounds, (height, width) = self.judged.bounds, self.mine.shape[:2]
+        bounds = self.judged.bounds
+        height, width = self.mine.shape[:2]
         interval_width = np.zeros_like(values)
         if bounds is not None:
             interval_width = _values_at(bounds.upper, columns, rows) - _values_at(bounds.lower, columns, rows)
@@ -173,7 +175,8 @@ class Texture:
         return surface.Depth(**fields, **arguments, model=self.model, textures=self.textures, caster=caster)
 
     def _positions(self, fields: Fields) -> surface.Positions | None:
-        depth, parameters = self.inputs.get("depth"), self.case.parameters
+        depth = self.inputs.get("depth")
+        parameters = self.case.parameters
         if depth is None:
             return None
         return surface.Positions(
@@ -187,23 +190,29 @@ class Texture:
 
     def _ao(self, fields: Fields) -> Estimated | None:
         """Occlusion of one radius by its estimator, in the places of depth; None where it needs what is not there."""
-        parameters, inputs, name = self.case.parameters, self.inputs, self.case.parameters["estimator"]
+        parameters = self.case.parameters
+        inputs = self.inputs
+        name = self.case.parameters["estimator"]
         if "depth" not in inputs or name not in ESTIMATORS or ("positions" not in inputs and self._inverse is None):
             return None
         if described_neighbours(parameters, inputs) is None:
             return None
-        guard, radius = (len(inputs["depth"]) - len(self.mine)) // 2, self.layers[self.name]
+        guard = (len(inputs["depth"]) - len(self.mine)) // 2
+        radius = self.layers[self.name]
         fields = {**fields, **self._view, "columns": fields["columns"] + guard, "rows": fields["rows"] + guard}
         fields |= {"rotation": parameters.get("rotation", "none"), "sampling": self.sampling, "radius": radius}
         fields |= {"seed": int(parameters.get("rotation_seed", 0)), "textures": self.textures, "places": self.places}
-        estimator, options = find_estimator(name), described_options(parameters, radius)
+        estimator = find_estimator(name)
+        options = described_options(parameters, radius)
         if estimator.reads_normals(options) and "normals" not in inputs:
             return None
         kind: type[Estimated] = Estimated
         arguments: Fields = {"points": inputs.get("points"), "weights": inputs.get("weights")}
         if name == "lf":
-            estimator, arguments["points"] = find_estimator("point"), np.asarray(inputs["samples"], np.float64)
-            options, arguments["unprojected"] = estimator.parameters, self._inverse is not None
+            estimator = find_estimator("point")
+            arguments["points"] = np.asarray(inputs["samples"], np.float64)
+            options = estimator.parameters
+            arguments["unprojected"] = self._inverse is not None
         if estimator.reads_texels:
             kind = Formulated
             arguments["padded_textures"] = self._extended_textures
@@ -231,7 +240,8 @@ class Texture:
         return post.Merge(**fields, layers=np.stack(layers), cost=8 * len(layers))
 
     def _blurred(self, fields: Fields) -> post.Blur | None:
-        sigma, merged = float(self.case.parameters["sigma"]), self.inputs.get("merged")
+        sigma = float(self.case.parameters["sigma"])
+        merged = self.inputs.get("merged")
         if merged is None or sigma == 0:
             return None
         return post.Blur(**fields, merged=merged, sigma=sigma, cost=int(2 * np.ceil(4 * sigma) + 1) ** 2)
@@ -240,7 +250,8 @@ class Texture:
         image, blurred, merged = (self.inputs.get(name) for name in ("image", "blurred", "merged"))
         if image is None or blurred is None:
             return None
-        i, j = fields["columns"], fields["rows"]
+        i = fields["columns"]
+        j = fields["rows"]
         return post.Shade(
             **fields,
             image=_values_at(self.cropped(image), i, j),

@@ -36,8 +36,11 @@ def other_noise(numbers: int, three: bool) -> Iterator[tuple[str, Callable[[Any]
 
 def stretched_tiles(turns: NDArray[Any]) -> Iterator[tuple[str, Callable[[Any], Any]]]:
     """Mistakes with the tile that turns, (2 or 3, H, W), repeat, by name; none of turns that do not repeat."""
-    (height, width), across, down = turns.shape[1:], _period(turns[:, 0]), _period(turns[:, :, 0])
-    columns, rows = _quotients(width, across), _quotients(height, down)
+    height, width = turns.shape[1:]
+    across = _period(turns[:, 0])
+    down = _period(turns[:, :, 0])
+    columns = _quotients(width, across)
+    rows = _quotients(height, down)
     wrong = "tile of noise looked up at {} divided by its side, in place of the remainder"
     if across > 1:
         yield wrong.format("columns"), lambda noise: noise[:, :, columns]
@@ -48,7 +51,8 @@ def stretched_tiles(turns: NDArray[Any]) -> Iterator[tuple[str, Callable[[Any], 
         yield wrong.format("columns and rows"), lambda noise: noise[:, rows[:, None], columns]
         words = wrong.format("columns and rows from below")
         yield words, lambda noise: noise[:, ::-1][:, rows[:, None], columns][:, ::-1]
-        i, j = np.arange(width) * across // width, np.arange(height) * down // height
+        i = np.arange(width) * across // width
+        j = np.arange(height) * down // height
         yield "tile of noise once over the texture, not repeated", lambda noise: noise[:, j[:, None], i]
 
 
@@ -147,8 +151,10 @@ def table_seeds(samples: FloatArray, sampling: Mapping[str, Any]) -> dict[str, F
     ``sampling`` has the method and the seed by which the samples were made; where that is not so there are none.
     """
     n, d = samples.shape
-    method, own_seed = sampling.get("method"), sampling.get("seed")
-    whole, ring = {"r_min": 0.0, "r_max": 1.0}, {"r_min": 0.8, "r_max": 1.0}
+    method = sampling.get("method")
+    own_seed = sampling.get("seed")
+    whole = {"r_min": 0.0, "r_max": 1.0}
+    ring = {"r_min": 0.8, "r_max": 1.0}
     for domain, options in (("ball", ring), ("ball", whole)) if d == 3 else (("disk", {}),):
         with suppress(InputError):  # a table of a file has no method
             tables = [_table(domain, str(method), n, seed, **options) for seed in (own_seed, *range(SEEDS))]

@@ -26,7 +26,8 @@ def other_signs(problem: Any, wrong: Flags) -> Iterator[Change]:
     count = len(problem.points) if problem.has_ball else 0
     if not 1 < count <= _MOST or np.count_nonzero(wrong) < _TEXELS_PER_SAMPLE * count:
         return
-    right, other = _sample_terms(problem, count), _sample_terms(_with_signs(problem, -np.ones(count)), count)
+    right = _sample_terms(problem, count)
+    other = _sample_terms(_with_signs(problem, -np.ones(count)), count)
     values = problem.values()
     if np.mean(np.abs(right.sum(axis=0) - values) <= _EXACT) < _NEARLY:
         return

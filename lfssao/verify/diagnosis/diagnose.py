@@ -112,19 +112,19 @@ class _Sampler:
         flags = np.arange(len(places)) < len(wrong)
         return Sample(problem, flags, np.concatenate(weights), len(self.wrong), places)
 
-    def random_sample(self, most: int) -> Sample:
+    def even_sample(self, most: int) -> Sample:
         """A sample of texels, up to half of them wrong ones."""
         wrong = _spread_evenly(self.wrong, most // 2)
         return self._sample(wrong, _spread_evenly(self.right, most - len(wrong)))
 
     def counted_sample(self) -> Sample:
         """The texels that shares are counted over."""
-        sample = self.random_sample(max((_ALL if self.has_few_wrong else _MOST) // self.cost, _FEWEST))
+        sample = self.even_sample(max((_ALL if self.has_few_wrong else _MOST) // self.cost, _FEWEST))
         return replace(sample, problem=sample.problem.changed(model=self.texture.model))
 
     def polishing_sample(self, counted: Sample) -> Sample:
         """Texels on which values of counts are made good: these have steps, and few texels leave them open."""
-        sample = counted if self.has_few_wrong else self.random_sample(max(_POLISHED // self.cost, _FEWEST))
+        sample = counted if self.has_few_wrong else self.even_sample(max(_POLISHED // self.cost, _FEWEST))
         return replace(sample, problem=sample.problem.changed(model=None), undecided=0.0)
 
     def polish(self, trial: Trial, sample: Sample) -> Trial:
@@ -212,10 +212,10 @@ class WrongTexture(Texture):
         """The diagnosis of wrong texels among others; ``borders``: known changes with a fault of the border as well."""
         sampler = _Sampler(self, wrong, right, cost)
         counted = sampler.counted_sample()
-        small = sampler.random_sample(_TRIED)
-        large = sampler.random_sample(_SEARCHED)
+        small = sampler.even_sample(_TRIED)
+        large = sampler.even_sample(_SEARCHED)
         # A run makes a whole texture however few texels are asked for; by few of hbao's another radius is overlooked.
-        tiny = small if isinstance(small.problem, Estimated) else sampler.random_sample(_SCREENED)
+        tiny = small if isinstance(small.problem, Estimated) else sampler.even_sample(_SCREENED)
         changes = small.problem.changes()
         by_kind = {change.kind: change for change in changes}
         if any(candidate.kind not in by_kind for candidate in known):

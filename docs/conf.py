@@ -42,6 +42,14 @@ html_theme_options = {
     "footer_end": ["theme-version"],
 }
 html_show_sourcelink = False
+# Pages without pages below them have the room of the left bar.
+html_sidebars = {
+    name: []
+    for name in (
+        *("index", "displays", "files", "kit", "kit_estimators", "own_estimator", "results", "work_precision"),
+        *("limits", "benchmarks", "mutants", "contributing", "changes", "made/commands", "made/shaders"),
+    )
+}
 
 
 def setup(app):

@@ -80,7 +80,8 @@ def estimator_page(estimator):
     """Formula, limits and options of an estimator, then its part of the kit's specification."""
     title = estimator.title[0].upper() + estimator.title[1:]
     lines = [f"# `{estimator.name}`", "", f"{title} ({estimator.source}).", ""]
-    lines += ["```text", estimator.formula, "```", "", *(f"- {fact}" for fact in facts(estimator)), ""]
+    lines += ["```{code-block} text", ":class: formula", "", estimator.formula, "```", ""]
+    lines += [*(f"- {fact}" for fact in facts(estimator)), ""]
     lines += ["## Options", "", *options(estimator), ""]
     part = KIT / f"estimator_{estimator.name}.md"
     if part.exists():

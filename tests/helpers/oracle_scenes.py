@@ -188,4 +188,4 @@ def drawn_problems(draw):
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     model = draw(st.sampled_from(["shader", "shader", "nearest"]))
     turning, radius = draw(st.booleans()), float(draw(st.sampled_from([0.01, 0.3, 1.0])))
-    return view, rng, model, radius, draw(st.sampled_from([1, 3, 12, 33, 100])), turning
+    return view, rng, model, radius, draw(st.sampled_from([1, 3, 12, 33, 1, 3, 12, 33, 100])), turning

@@ -62,15 +62,22 @@ class Renderers:
 
     def within(self, like):
         """Numbers of [-1, 1] for every renderer."""
-        shape, lots = (self.count, *like.shape[1:]), self.rng.integers(0, 7, (self.count, 1, 1))
-        mode, sign = np.where(self.habit < 7, self.habit, lots), np.sign(like)
-        drawn = self.rng.uniform(-1, 1, shape)
-        return np.choose(mode, [-1.0, 1.0, -sign, sign, 0.0, drawn, np.sign(drawn)])
+        lots = self.rng.integers(0, 7, (self.count, 1, 1))
+        mode = np.where(self.habit < 7, self.habit, lots)
+        ends, signs = (np.array(each)[mode] for each in ([-1.0, 1, 0, 0, 0, 0, 0], [0.0, 0, -1, 1, 0, 0, 0]))
+        made = np.sign(like) * signs + ends
+        for which, change in ((5, np.asarray), (6, np.sign)):
+            rows = np.flatnonzero(mode == which)
+            made[rows] = change(self.rng.uniform(-1, 1, (rows.size, *made.shape[1:])))
+        return made
 
     def off(self, x, relative, exact=False):
         """Results that are off by a relative error, or flushed."""
-        made = np.where(exact, x, x * (1 + relative * self.within(x)))
-        return Number(self, self.flushed(made))
+        factor = self.within(x)
+        factor *= relative
+        factor += 1
+        np.copyto(factor, 1, where=exact)
+        return Number(self, self.flushed(np.multiply(x, factor, out=factor)))
 
     def flushed(self, x):
         return np.where(self.flushes & (np.abs(x) < SMALLEST), 0.0, x)
@@ -165,8 +172,8 @@ class Number(np.lib.mixins.NDArrayOperatorsMixin):
         made, exact = ufunc(*x), False
         if ufunc not in (np.divide, np.sqrt):  # what a float32 number is, of float32 numbers, is rounded correctly
             exact = reduce(and_, (each == each.astype(np.float32) for each in (*x, made)))
-            same = (0.0, 1.0, -1.0) if ufunc is np.multiply else (0.0,)
-            exact = reduce(or_, (each == k for each in x for k in same), exact)
+            alike = [np.abs(each) == 1 for each in x] if ufunc is np.multiply else [each == 0 for each in x]
+            exact = reduce(or_, alike, exact)
         return self.by.off(made, getattr(self.by.model, KINDS[ufunc]), exact | (made == 0))
 
     def __array_function__(self, function, types, given, named):

@@ -22,7 +22,7 @@ from lfssao.verify.bounds.problem import Problem, to_double, view_of_formulas
 
 NAMES = [name for name in ESTIMATORS if find_estimator(name).formulas is not None]
 PROBLEMS = 2000 if os.environ.get("LFSSAO_WHOLE") else 40
-RENDERERS = 40
+RENDERERS = 24
 
 # Options of an estimator, one of each is drawn; and by how much a surface lies before a point at a decision, in radii.
 VARIANTS = {

@@ -76,14 +76,14 @@ def check_resumes(folder, undisturbed):
 
 @pytest.mark.slow
 def test_tasks_of_single_modules_and_a_resume_make_the_files_of_one_job(tmp_path):
-    """Seven tasks of an array run at once in one folder; an eighth module is left to the resume."""
+    """Three tasks of an array run at once in one folder; a fourth module is left to the resume."""
     whole, shared = tmp_path / "whole", tmp_path / "shared"
-    words = [*COMMAND[:3], "--modules", "4:12", *COMMAND[5:]]
+    words = [*COMMAND[:3], "--modules", "4:8", *COMMAND[5:]]
     render(whole, *words)
     alone = [sys.executable, "-m", "lfssao", "render", *COMMAND[:3], *COMMAND[5:], "-o", str(shared)]
-    tasks = [subprocess.Popen([*alone, "--modules", str(4 + task)], stdout=subprocess.DEVNULL) for task in range(7)]
-    assert [task.wait() for task in tasks] == [0] * 7
-    made = {f"module_{4 + task:03d}.exr" for task in range(7)}
+    tasks = [subprocess.Popen([*alone, "--modules", str(4 + task)], stdout=subprocess.DEVNULL) for task in range(3)]
+    assert [task.wait() for task in tasks] == [0] * 3
+    made = {f"module_{4 + task:03d}.exr" for task in range(3)}
     assert made <= set(os.listdir(shared))
     before = {name: (shared / name).stat().st_ino for name in made}
     render(shared, *words, "--resume")
@@ -121,11 +121,11 @@ def start(server, folder, wanted):
 
 
 @pytest.mark.slow
-def test_killed_at_fifty_random_moments(server, undisturbed, tmp_path):
+def test_killed_at_random_moments(server, undisturbed, tmp_path):
     """Moments are spread over the job by how many files are there, not by the clock, which differs between machines."""
     random_ = random.Random(8)
     stopped_between = 0
-    for kill in range(50):
+    for kill in range(24):
         folder = tmp_path / f"{kill}"
         wanted, rest = random_.randrange(COUNT + 1), 0.02 * random_.random()
         child = start(server, folder, wanted)
@@ -135,7 +135,7 @@ def test_killed_at_fifty_random_moments(server, undisturbed, tmp_path):
         stopped_between += 0 < check_whole_or_absent(folder, undisturbed) < COUNT
         check_resumes(folder, undisturbed)
         shutil.rmtree(folder)
-    assert stopped_between > 10  # else the moments would not be where files are written
+    assert stopped_between > 5  # else the moments would not be where files are written
 
 
 def test_leftovers_of_the_dead_go_and_those_of_the_living_and_of_other_machines_stay(tmp_path):

@@ -1,4 +1,4 @@
-"""The oracle's bounds hold: 9,000 float32 renderers that round, fuse and order as they like, none outside.
+"""The oracle's bounds hold: 3,840 float32 renderers that round, fuse and order as they like, none outside.
 
 Scenes are drawn so that rounding matters: every texel's point is placed so that one of its samples falls on a texel's
 edge or at a surface's depth but for the last digits.
@@ -23,7 +23,7 @@ from lfssao.verify.bounds.error_model import MODELS
 from lfssao.verify.bounds.kernels.images import certain, linear_room
 from lfssao.verify.bounds.kernels.point_bounds import trace_samples
 
-EXAMPLES, RENDERERS = 100, 90  # not as many as samples: arrays are told apart by that
+EXAMPLES, RENDERERS = 60, 64  # not as many as samples: arrays are told apart by that
 DISPLAY = Display("drawn", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 1.0, 4, 3),), oracle.ROI)
 MODULE_VIEW = DISPLAY.view(0, fit_roi(oracle.WORLD_BOX, oracle.ROI))
 pytestmark = pytest.mark.slow

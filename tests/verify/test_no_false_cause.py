@@ -437,6 +437,42 @@ def test_one_change_gets_its_own_name(estimator, job_of, tmp_path):
     assert len(silent) <= max(0.1 * PER_VIEW * len(VIEWS), 1), silent
 
 
+WALL = np.array([[[-2, -2, 0], [2, -2, 0], [2, 2, 0]], [[-2, -2, 0], [2, 2, 0], [-2, 2, 0]]], float)
+
+
+@pytest.fixture(scope="module")
+def plain_wall(tmp_path_factory):
+    """A folder with a wall across the view, where nearly all texels have the same occlusion."""
+    mesh = write_mesh(tmp_path_factory.mktemp("scene") / "wall.obj", WALL)
+    folder = tmp_path_factory.mktemp("job") / "reference"
+    words = [*VIEWS["flat"], "--radii", "4%", "--resolution", f"{WIDTH}x{HEIGHT}", "--rotate", "none"]
+    render(folder, str(mesh), *words, "--layers", "depth,positions,ao,merged")
+    return folder
+
+
+@pytest.mark.parametrize("layer", ["ao_1", "merged"])
+@pytest.mark.parametrize("value", [0.375, 0.5, 0.625, 0.3])
+def test_a_constant_texture_is_told_as_constant_alone(layer, value, plain_wall, tmp_path):
+    """Dropped, doubled or exchanged samples make another constant of a wall, and so do factors and powers."""
+    change = remade(layer, lambda pixels: np.full_like(pixels, value))
+    report = lfssao.compare(changed(plain_wall, tmp_path / "mine", "module_006", change), plain_wall, layers=[layer])
+    found, causes, words = told_of(report)
+    assert causes == [f"ao of {value:g} everywhere"]
+    assert found.equal == len(found.candidates) == 1
+    assert f"ao of {value:g} everywhere explains 100.00 % of" in words
+
+
+def test_a_texture_that_is_constant_but_for_a_texel_is_not_told_as_constant(plain_wall, tmp_path):
+    def change(pixels):
+        pixels = np.full_like(pixels, 0.375)
+        pixels[HEIGHT // 2, WIDTH // 2] = 0.25
+        return pixels
+
+    mine = changed(plain_wall, tmp_path / "mine", "module_006", remade("ao_1", change))
+    _, causes, _ = told_of(lfssao.compare(mine, plain_wall, layers=["ao_1"]))
+    assert not any(kind.startswith("ao of") for kind in causes)
+
+
 def close(kind, told, planted):
     if kind == "turned samples":  # degrees: of a whole turn more or less
         told = [value % 360 for value in told]

@@ -171,10 +171,25 @@ class WrongTexture(Texture):
         right_places = np.flatnonzero(~wrong & has_surface)
         if len(wrong_places) == 0 and self.background is not None:
             return Diagnosis(True, (self.background,), 1, 1.0, len(right_places), 0)
-        diagnosis = self._diagnose_surface(wrong_places, right_places, known, search)
+        diagnosis = self._diagnose_constant(wrong_places, right_places)
+        if diagnosis is None:
+            diagnosis = self._diagnose_surface(wrong_places, right_places, known, search)
         if diagnosis is None or self.background is None:
             return diagnosis
         return replace(diagnosis, background=f"{self.background.words}: {self.background.hint}".removesuffix(": "))
+
+    def _diagnose_constant(self, wrong: Places, right: Places) -> Diagnosis | None:
+        """The diagnosis of occlusion that has one value everywhere; None of any other.
+
+        Many changes make another constant of a plain wall, so none of them is a cause.
+        """
+        values = self.mine.ravel()[np.concatenate([wrong, right])]
+        occlusion = self.name in (*self.layers, "merged", "blurred")
+        if not occlusion or len(wrong) < FEWEST or not (values == values[0]).all():
+            return None
+        words = f"ao of {values[0]:.7g} everywhere"
+        constant = Candidate(words, (), words, 1.0, 1.0, 1.0)
+        return Diagnosis(True, (constant,), 1, len(right) / len(values), len(values), len(wrong))
 
     def _diagnose_surface(
         self, wrong: Places, right: Places, known: Sequence[Candidate], search: bool

@@ -20,21 +20,10 @@ from lfssao.ao.estimators.shaders.xegtao import LEAST, part_of_radius, table_of_
 from lfssao.ao.estimators.slices import polynomial_angle
 from lfssao.ao.formulas import ZENITH, folded
 from lfssao.ao.textures import Buffers
-from lfssao.core.corners import Corners, blended, by_corners
+from lfssao.core.corners import blended, by_corners
 from lfssao.core.elementary import PI
-from lfssao.core.numbers import (
-    alternatives,
-    by_squaring,
-    formula,
-    larger,
-    middle_of,
-    number,
-    rounded,
-    select,
-    smaller,
-    spread_of,
-    within,
-)
+from lfssao.core.jit import formula
+from lfssao.core.numbers import by_squaring, larger, number, rounded, select, smaller, within
 from lfssao.core.places import image_place
 from lfssao.core.sectors import joined, no_sectors, sector_count, sectors_between
 from lfssao.core.vectors import cross, dot
@@ -128,10 +117,7 @@ def _surface_between(four: Any, view: Any) -> Any:
     """Cast z between four texels, whose window depths are blended, multiples of 1 / z."""
     a, b = 1 / view.surface(four.texel), 1 / view.surface(four.right)
     c, d = 1 / view.surface(four.below), 1 / view.surface(four.across)
-    upper, lower = a + four.x * (b - a), c + four.x * (d - c)
-    made, middle = upper + four.y * (lower - upper), (middle_of(four.x), middle_of(four.y))
-    weighed = blended(Corners(four.texel, four.right, four.below, four.across, middle[0], middle[1]), a, b, c, d)
-    return 1 / alternatives(made, weighed + spread_of(made))
+    return 1 / blended(four, a, b, c, d)
 
 
 @formula

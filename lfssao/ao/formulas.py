@@ -271,7 +271,7 @@ def float_view(buffers: Buffers, words: Container[str], options: Options) -> Flo
         lens=np.ascontiguousarray(mapping.numbers[12:], dtype),
         axes=np.ascontiguousarray(view.world_from_cast[:, :3].T * [[1], [1], [-1]], dtype).ravel(),
         width=buffers.depth.shape[1],
-        divides=True if of_image and mapping.kind == MATRIX else None,
+        divides=of_image and mapping.kind == MATRIX,
         look=look_of(options, depth.size),
         third=turns[2] if len(turns) == 3 else None,
         rays=rays,

@@ -7,7 +7,8 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, make_attribute_wrapper, models, overload, overload_attribute, register_model
 
-from lfssao.core.numbers import INLINED, formula, is_plain
+from lfssao.core.jit import INLINED, formula
+from lfssao.core.numbers import is_plain
 
 FLUSHED = 2.0**-124  # four flushed numbers: an operation's operands and its result, and one to spare
 SAFETY = 1.0 + 2.0**-20

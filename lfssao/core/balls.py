@@ -32,12 +32,11 @@ from lfssao.core.ball_type import (
 from lfssao.core.doubts import Doubt, doubt
 from lfssao.core.elementary import log2 as float_log2
 from lfssao.core.elementary import power as float_power
+from lfssao.core.jit import INLINED, formula
 from lfssao.core.numbers import (
-    INLINED,
     alternatives,
     by_squaring,
     double,
-    formula,
     is_finite,
     is_number,
     is_plain,

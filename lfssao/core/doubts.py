@@ -5,7 +5,8 @@ import operator
 from numba import types
 from numba.extending import overload
 
-from lfssao.core.numbers import INLINED, struct, surely
+from lfssao.core.jit import INLINED
+from lfssao.core.numbers import struct, surely
 
 
 def Doubt(may, must):  # noqa: N802

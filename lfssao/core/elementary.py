@@ -3,9 +3,11 @@
 The C library's differ between machines. All in float64. The errors stated are against mpmath and are held by tests.
 """
 
+from typing import Any
+
 import numpy as np
 
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 
 PI = 3.141592653589793
 
@@ -52,7 +54,7 @@ def sincospi(x):
     return -sine if turn >= 2 else sine, -cosine if (turn == 1) | (turn == 2) else cosine
 
 
-@kernel(inline=True)
+@formula
 def acos(x):
     """The angle from 0 to pi whose cosine is x, -1 <= x <= 1, float64, within 2 ulp; NaN beyond.
 
@@ -71,7 +73,7 @@ def acos(x):
     return PI - near if x < 0.0 else near
 
 
-@kernel(inline=True)
+@formula
 def root_of_bits(x):
     """The square root of x >= 0 by half of the bits of its float32, within 3.5 %: XeGTAO's; 8e-20 for 0.
 
@@ -125,8 +127,8 @@ def exp(x):
     return y
 
 
-@kernel(inline=True)
-def log2(x):
+@formula
+def log2(x: Any) -> Any:
     """Binary logarithm of x, float64, within 4 ulp; -1022 below the normal numbers, 1024 for infinity.
 
     x = 2^k m with m in [sqrt(1/2), sqrt(2)], from its bits; k + 2 / ln 2 (s + s^3 / 3 + ... + s^21 / 21) with s =

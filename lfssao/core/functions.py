@@ -7,7 +7,8 @@ from numba.extending import overload
 
 from lfssao.core.balls import FLUSHED, SAFETY, UNKNOWN, Ball, ball, ball_between
 from lfssao.core.elementary import PI, acos, exp, root_of_bits, sincospi
-from lfssao.core.numbers import INLINED, FloatType, as_float, formula, number, plain
+from lfssao.core.jit import INLINED, formula
+from lfssao.core.numbers import FloatType, as_float, number, plain
 
 
 def exponential(x: Any) -> Any:

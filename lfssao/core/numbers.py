@@ -12,7 +12,7 @@ import inspect
 import operator
 from collections.abc import Callable
 from types import FunctionType
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numba import types
@@ -26,20 +26,13 @@ from numba.extending import (
     models,
     overload,
     overload_method,
-    register_jitable,
     register_model,
     type_callable,
 )
 
 from lfssao.core.elementary import log2 as float_log2
 from lfssao.core.elementary import power as float_power
-from lfssao.core.jit import FLAGS
-
-INLINED = {**FLAGS, "forceinline": True}  # those of inlined kernels: other flags would be compiled once more
-
-_F = TypeVar("_F", bound=Callable[..., Any])
-# Compiled code calls the function, which LLVM puts into it; Python calls it, too.
-formula: Callable[[_F], _F] = register_jitable(**INLINED)
+from lfssao.core.jit import INLINED
 
 
 def method(function: Any) -> None:

@@ -13,7 +13,8 @@ from numba.extending import overload
 
 from lfssao.core.balls import FLUSHED, TINY, UNKNOWN, Ball, ball
 from lfssao.core.doubts import Doubt
-from lfssao.core.numbers import INLINED, bare, formula, is_plain, number, struct
+from lfssao.core.jit import INLINED, formula
+from lfssao.core.numbers import bare, is_plain, number, struct
 from lfssao.core.vectors import Vector, VectorType
 
 

@@ -6,7 +6,8 @@ from typing import Any
 from numba.extending import overload
 
 from lfssao.core.balls import FLUSHED, UNKNOWN, Ball, ball
-from lfssao.core.numbers import INLINED, is_plain, of_floats, rounded, struct
+from lfssao.core.jit import INLINED
+from lfssao.core.numbers import is_plain, of_floats, rounded, struct
 
 
 def over(x: Any, divisor: Any) -> Any:

@@ -15,7 +15,8 @@ from numba.extending import overload
 
 from lfssao.core.balls import SAFETY, UNKNOWN, ball, ball_between
 from lfssao.core.doubts import Doubt, doubt
-from lfssao.core.numbers import INLINED, FloatType, formula, number, plain, select, struct
+from lfssao.core.jit import INLINED, formula
+from lfssao.core.numbers import FloatType, number, plain, select, struct
 
 MOST = 32  # sectors
 _ALL = np.uint32(2**MOST - 1)

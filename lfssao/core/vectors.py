@@ -8,11 +8,11 @@ import numpy as np
 from numba.extending import overload
 
 from lfssao.core.balls import FLUSHED, TINY, UNKNOWN, Ball, ball
-from lfssao.core.jit import kernel
-from lfssao.core.numbers import INLINED, as_float, bare, formula, number, plain, rounded, select, struct
+from lfssao.core.jit import INLINED, formula
+from lfssao.core.numbers import as_float, bare, number, plain, rounded, select, struct
 
 
-@kernel(inline=True)
+@formula
 def unit(x, y, z):
     """A vector over its length, after a division by its largest component; (0, 0, 0) stays."""
     zero = type(x)(0)

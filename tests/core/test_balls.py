@@ -14,8 +14,8 @@ import pytest
 from number_forms import operations, several
 
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_of
-from lfssao.core.jit import kernel
-from lfssao.core.numbers import formula, is_finite
+from lfssao.core.jit import formula, kernel
+from lfssao.core.numbers import is_finite
 from lfssao.core.places import offset_spot, point_spot, row_of_spot
 from lfssao.core.vectors import Vector, unit_vector
 

@@ -3,11 +3,11 @@
 import numpy as np
 
 from lfssao.core.functions import exponential
+from lfssao.core.jit import formula
 from lfssao.core.numbers import (
     alternatives,
     by_squaring,
     double,
-    formula,
     larger,
     line,
     log2,

@@ -48,18 +48,8 @@ from lfssao.ao.estimators.slices import (
 from lfssao.ao.formulas import ZENITH, fold_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import PI, sincospi
-from lfssao.core.numbers import (
-    formula,
-    larger,
-    number,
-    rounded,
-    select,
-    smaller,
-    spread_of,
-    unless_none,
-    where_none,
-    within,
-)
+from lfssao.core.jit import formula
+from lfssao.core.numbers import larger, number, rounded, select, smaller, spread_of, unless_none, where_none, within
 from lfssao.core.sectors import MOST, joined, no_sectors, sector_count, sector_is_set, sectors_between
 from lfssao.core.vectors import dot
 

@@ -52,18 +52,8 @@ from lfssao.ao.estimators.slices import (
 )
 from lfssao.ao.formulas import ZENITH, fold_formulas
 from lfssao.ao.textures import Buffers
-from lfssao.core.numbers import (
-    alternatives,
-    formula,
-    larger,
-    least,
-    most,
-    rounded,
-    select,
-    smaller,
-    unless_none,
-    within,
-)
+from lfssao.core.jit import formula
+from lfssao.core.numbers import alternatives, larger, least, most, rounded, select, smaller, unless_none, within
 from lfssao.core.vectors import dot
 
 _STEEP = 2.0**40  # 1 over a falloff's range of none: any sample within R has weight 1

@@ -26,17 +26,8 @@ from lfssao.ao.estimators.vo.local_frame import EDGE_ON, TILE, disk_mirrors
 from lfssao.ao.formulas import ZENITH, fold_formulas
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
-from lfssao.core.numbers import (
-    alternatives,
-    formula,
-    larger,
-    least,
-    most,
-    rounded,
-    select,
-    smaller,
-    within,
-)
+from lfssao.core.jit import formula
+from lfssao.core.numbers import alternatives, larger, least, most, rounded, select, smaller, within
 from lfssao.core.quotients import divided, over
 from lfssao.core.vectors import cross, dot
 

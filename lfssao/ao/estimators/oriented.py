@@ -33,7 +33,8 @@ from lfssao.ao.estimators.estimator import Estimator, FloatArray, option
 from lfssao.ao.estimators.look_ups import BACKGROUNDS, LookUps
 from lfssao.ao.formulas import sum_formulas
 from lfssao.ao.textures import Buffers
-from lfssao.core.numbers import alternatives, formula, larger, number, rounded, select, smaller, smoothstep
+from lfssao.core.jit import formula
+from lfssao.core.numbers import alternatives, larger, number, rounded, select, smaller, smoothstep
 from lfssao.core.vectors import cross, dot
 from lfssao.optics.view import View
 from lfssao.samples import make_samples

@@ -21,17 +21,8 @@ from lfssao.ao.estimators.horizon import axes_around
 from lfssao.ao.estimators.look_ups import LookUps
 from lfssao.ao.estimators.vo.local_frame import TILE, disk_mirrors
 from lfssao.core.elementary import PI, sincospi
-from lfssao.core.numbers import (
-    formula,
-    larger,
-    number,
-    power,
-    rounded,
-    select,
-    smaller,
-    unless_none,
-    where_none,
-)
+from lfssao.core.jit import formula
+from lfssao.core.numbers import larger, number, power, rounded, select, smaller, unless_none, where_none
 
 # Lagarde 2014, 'Inverse trigonometric functions GPU optimization for AMD GCN architecture', of degree 1: within 0.0091.
 _SLOPE = -0.156583

@@ -11,11 +11,11 @@ from lfssao.ao.kernels.texel_rays import bare_rays, point_at
 from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.functions import arc_cosine, cosine_and_sine
 from lfssao.core.intrinsics import memory_of
-from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, formula, number, plain, select, unless_none, where_none
+from lfssao.core.jit import formula
+from lfssao.core.numbers import as_float, number, plain, select, unless_none, where_none
 from lfssao.core.places import affine_rows, linear_rows
 from lfssao.core.vectors import Vector
-from lfssao.optics.kernels.projection import image_of, texel_number
+from lfssao.optics.kernels.projection import MATRIX, image_of, texel_number
 from lfssao.samples.kernels.spiral import summed_angle, unit_of
 
 
@@ -116,26 +116,26 @@ def _reads_others(four, texel):
     return (four.texel != texel) | (four.x > 0) | (four.y > 0)
 
 
-@kernel(inline=True)
+@formula
 def landed(view, x, y, seen):
     """Return what formulas are given of a look-up, ``seen``, or the image point where textures are filtered."""
     return where_none(view.moments_of, seen, (as_float(x), as_float(y)))
 
 
-@kernel(inline=True)
+@formula
 def texel_of_look(view, x, y, sought, width):
     """The texel of the image point (x, y) in the texture, or that of the view's look."""
     return where_none(view.look, texel_number(x, y, width), np.uint32(max(sought, 0)))
 
 
-@kernel(inline=True)
+@formula
 def adds(view, inside, sought):
     """Whether a sample adds a term, by whether it is inside the texture and by the texel of the view's look."""
     return where_none(view.look, inside, sought >= 0)
 
 
-@kernel(inline=True)
-def shown(view, seen):
+@formula
+def shown(view: Any, seen: Any) -> Any:
     """Whether a surface is seen where a sample has ``landed``; filtered textures and levels say by themselves."""
     filtered = where_none(view.moments_of, False, True) | where_none(view.levels, False, True)
     return filtered | view.shows(where_none(view.moments_of, seen, 0))
@@ -163,7 +163,7 @@ class FloatView(NamedTuple):
     axes: np.ndarray
     width: int
     moments_of: Any = None  # a pyramid, where textures are filtered (``ao.moments``)
-    divides: Any = None  # not None where z is a camera's image z, by the divisor
+    divides: bool = False  # whether z is a camera's image z, by the divisor
     rays: Any = None
     levels: Any = None  # ``Levels`` of cast z, where samples read them in place of the texture
     look: Any = None  # ``Look``, where samples beyond the border or before background read a texel
@@ -262,7 +262,8 @@ class FloatView(NamedTuple):
         return linear_rows(self.rows, direction)
 
     def depth_at(self, place):
-        return where_none(self.divides, place.z, select(place.q > 0, place.z / place.q, np.inf))
+        divided = select(place.q > 0, place.z / place.q, np.inf)
+        return select((self.kind == MATRIX) & self.divides, divided, place.z)
 
     def depth_along(self, direction):
         return linear_rows(self.rows, direction).z

@@ -11,7 +11,7 @@ from lfssao.ao.kernels.look_up import linear_of, look_up, seen_at
 from lfssao.ao.kernels.spans import CHUNK, next_span
 from lfssao.ao.kernels.sums import finish_texels
 from lfssao.core.intrinsics import get, put, scratch, texel_slots
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.core.numbers import as_float, number, plain, select
 from lfssao.core.sectors import kept_as
 from lfssao.optics.kernels.projection import (
@@ -26,7 +26,7 @@ from lfssao.optics.kernels.projection import (
 _slots = texel_slots(48)
 
 
-@kernel(inline=True)
+@formula
 def _begin_direction(kind, view, estimator, s, column, row, n, like, ways, states, slots):
     """States before direction s of n texels, and ways from their centres to the images of its ends, NaN for none.
 
@@ -44,7 +44,7 @@ def _begin_direction(kind, view, estimator, s, column, row, n, like, ways, state
         down[i] = plain(v) - (dtype(row) + half)
 
 
-@kernel(inline=True)
+@formula
 def _land(view, estimator, size, step, column, row, first, n, ways, ends, texels, inside, missed):
     """The texels at a step of the ways of n texels, and 1 where they add something, else 0.
 
@@ -65,14 +65,14 @@ def _land(view, estimator, size, step, column, row, first, n, ways, ends, texels
         missed[i] += np.int32(not there)
 
 
-@kernel(inline=True)
+@formula
 def _keep(linear, ends, i, u, v):
     """Keep an image point for ``seen_at``."""
     if linear is not None:
         ends[0][i], ends[1][i] = u, v
 
 
-@kernel(inline=True)
+@formula
 def _take_step(view, estimator, s, step, first, n, size, like, ends, texels, inside, states, totals, slots):
     """Add what the surfaces of n texels' steps add, and raise the states."""
     dtype = totals.dtype.type
@@ -85,7 +85,7 @@ def _take_step(view, estimator, s, step, first, n, size, like, ends, texels, ins
         states[i] = plain(select(there, after, state))
 
 
-@kernel(inline=True)
+@formula
 def _leave_direction(view, estimator, s, n, like, states, totals, slots):
     """Add what the states of n texels add after direction s."""
     for i in range(n):

@@ -1,10 +1,10 @@
 """Levels of depth one after the other, and which of them a sample is looked up in (SAO section 2.3, equation 9)."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula
 
 
 class Levels(NamedTuple):
@@ -14,14 +14,14 @@ class Levels(NamedTuple):
     first: np.ndarray
 
 
-@kernel(inline=True)
-def mip_level(h, log_q, top):
+@formula
+def mip_level(h: Any, log_q: Any, top: Any) -> Any:
     """Equation 9: clamp(findMSB(int(h)) - log_q, 0, top), int32, 0 <= h <= 2**21, by the exponent of a float32."""
     level = (np.float32(np.int32(h)).view(np.int32) >> np.int32(23)) - np.int32(127) - log_q
     return min(top, max(np.int32(0), level))
 
 
-@kernel(inline=True)
+@formula
 def level_texel(first, level, column, row, width):
     """The place in ``Levels`` of the texel of a level that texel (column, row) of the texture lies in, uint32."""
     span = np.int32(np.int32(width + np.int32(np.int32(1) << level)) - np.int32(1)) >> level

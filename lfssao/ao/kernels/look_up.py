@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.core.corners import Corners
-from lfssao.core.numbers import as_float, formula, unless_none
+from lfssao.core.jit import formula
+from lfssao.core.numbers import as_float, unless_none
 
 VALUE, CLAMP, MIRROR, WRAP, MIRROR_INSIDE = range(5)  # rules for the border
 NOTHING = -1  # the texel of a look-up that adds nothing

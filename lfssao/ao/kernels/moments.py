@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.core.jit import kernel
-from lfssao.core.numbers import formula
+from lfssao.core.jit import formula, kernel
 
 BEFORE, BORDER = 1, 3
 

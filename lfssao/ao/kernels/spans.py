@@ -6,7 +6,7 @@ The slots' constant distances show LLVM that they do not overlap, so that it mak
 
 import numpy as np
 
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 
 # Texels that are skipped together, two of the widest vectors: spans consist of whole groups.
 GROUP = 32
@@ -14,7 +14,7 @@ GROUP = 32
 CHUNK = 256  # texels of a chunk
 
 
-@kernel(inline=True)
+@formula
 def sees_surface(depth, first, end):
     """Whether one of the texels from number ``first`` to before ``end`` sees a surface."""
     some = np.int32(0)
@@ -38,13 +38,13 @@ def next_span(depth, at, end, most):
     return start, min(at, last) - start
 
 
-@kernel(inline=True)
+@formula
 def slot(k, i):
     """Place of slot k of texel i of a chunk."""
     return np.uint64(k * CHUNK) + np.uint64(i)
 
 
-@kernel(inline=True)
+@formula
 def load(triples, first, n, slots, k):
     """Copy n triples of an array (3 N,), from number ``first`` on, into slots k, k + 1 and k + 2."""
     for i in range(n):

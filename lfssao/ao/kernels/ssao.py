@@ -6,11 +6,13 @@ added. All radii of a span are computed before the next span, as their points ar
 says what the form of these loops gains.
 """
 
+from typing import Any
+
 import numpy as np
 
 from lfssao.ao.kernels.spans import next_span
 from lfssao.core.intrinsics import CHUNK, element, scratch
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, affine_row, linear_row, signed_texel_number
@@ -33,7 +35,7 @@ def transform_offsets(offsets, projection, turns):
     return out
 
 
-@kernel(inline=True)
+@formula
 def load_turns(turns, turn, row, column, n):
     """Load cosines and sines of n texels of a row from a column on; turns: (2, H, W) or None, turn: two arrays, out."""
     if turns is not None:
@@ -41,15 +43,15 @@ def load_turns(turns, turn, row, column, n):
             turn[0][i], turn[1][i] = turns[0, row, column + i], turns[1, row, column + i]
 
 
-@kernel(inline=True)
-def offset_row(offsets, s, row, turns, turn, i):
+@formula
+def offset_row(offsets: Any, s: Any, row: Any, turns: Any, turn: Any, i: Any) -> Any:
     """A row of sample s, of ``transform_offsets``, at texel i of a run; turns and turn: those of ``load_turns``."""
     if turns is None:
         return offsets[s, 2, row]
     return (turn[0][i] * offsets[s, 0, row] + turn[1][i] * offsets[s, 1, row]) + offsets[s, 2, row]
 
 
-@kernel(inline=True)
+@formula
 def count_slits(slits, depth, width, height, n, a, b, c, first, samples, offsets, turns, turn, count):
     """Algorithm 2, lines 4 to 9, for the n points of one run: how many of their samples are in texture and domain.
 
@@ -77,7 +79,7 @@ def count_slits(slits, depth, width, height, n, a, b, c, first, samples, offsets
     return found
 
 
-@kernel(inline=True)
+@formula
 def count_matrix(depth, width, height, n, a, b, c, q, first, samples, offsets, turns, turn, count):
     """Algorithm 1, lines 5 to 10; arguments and result of count_slits, with q, row 3 of M."""
     wide, high = depth.dtype.type(width), depth.dtype.type(height)
@@ -97,7 +99,7 @@ def count_matrix(depth, width, height, n, a, b, c, q, first, samples, offsets, t
     return found
 
 
-@kernel(inline=True)
+@formula
 def count_display(d, depth, width, height, n, a, b, c, first, samples, offsets, turns, turn, count):
     """Algorithm 2, lines 4 to 9, for any display; as count_slits, with d, the DisplayModule."""
     zero, wide, high = depth.dtype.type(0), depth.dtype.type(width), depth.dtype.type(height)

@@ -11,7 +11,7 @@ from lfssao.ao.kernels.float_view import adds, bare_view, landed, shown, texel_o
 from lfssao.ao.kernels.look_up import look_up, seen_at
 from lfssao.ao.kernels.spans import CHUNK, next_span
 from lfssao.core.intrinsics import get, put, scratch, texel_slots
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.core.numbers import as_float, plain, select
 from lfssao.optics.kernels.projection import (
     CROSSED_SLITS,
@@ -26,7 +26,7 @@ _slots = texel_slots(48)
 _TILE = 8  # rows of a tile
 
 
-@kernel(inline=True)
+@formula
 def _start_texels(kind, view, estimator, first, n, slots):
     """Put the numbers of n texels into their slots; kind: that of the view's mapping."""
     seen = with_kind(view, kind)
@@ -34,7 +34,7 @@ def _start_texels(kind, view, estimator, first, n, slots):
         put(slots, i, estimator.start(seen, first + i))
 
 
-@kernel(inline=True)
+@formula
 def start_texels(moments_of, view, estimator, first, n, slots):
     """Put the numbers of n texels into their slots; numba leaves out branches by an argument that is None.
 
@@ -51,18 +51,18 @@ def start_texels(moments_of, view, estimator, first, n, slots):
         _start_texels(DISPLAY, view, estimator, first, n, slots)
 
 
-@kernel(inline=True)
+@formula
 def _place_sample(kind, view, estimator, s, n, like, places, slots):
     """Image points u, v, u NaN where there is none, and z of sample s of n texels."""
     us, vs, zs = places
-    nothing = us.dtype.type(np.nan)
+    seen, nothing = with_kind(view, kind), us.dtype.type(np.nan)
     for i in range(n):
-        place = estimator.place(view, get(slots, i, like), s)
+        place = estimator.place(seen, get(slots, i, like), s)
         u, v, valid = image_of(kind, view.lens, place.u, place.v, place.q, place.z)
-        us[i], vs[i], zs[i] = plain(u) if valid else nothing, plain(v), plain(view.depth_at(place))
+        us[i], vs[i], zs[i] = plain(u) if valid else nothing, plain(v), plain(seen.depth_at(place))
 
 
-@kernel(inline=True)
+@formula
 def finish_texels(view, estimator, first, n, like, totals, missed, slots, occlusion):
     """Write the occlusion of n texels, flat; return how many of their samples are outside."""
     zero, lost = occlusion.dtype.type(0), 0

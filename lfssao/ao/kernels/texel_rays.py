@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.core.intrinsics import memory_of
-from lfssao.core.numbers import formula, known, line, number, unless_none
+from lfssao.core.jit import formula
+from lfssao.core.numbers import known, line, number, unless_none
 from lfssao.core.places import affine
 from lfssao.core.vectors import Vector
 

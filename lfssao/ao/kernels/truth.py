@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.core.elementary import sincospi
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.core.philox import philox4x32
 from lfssao.core.vectors import Vector, disk_axes
 from lfssao.gbuffer.kernels.bvh import LEAF
@@ -38,7 +38,7 @@ class Cast(NamedTuple):
     seed: np.uint64  # key of the random numbers
 
 
-@kernel(inline=True)
+@formula
 def local_direction(u, v, weighting):
     """A direction about (0, 0, 1) from (u, v) in (0, 1)^2: COSINE (density cos / pi) or UNIFORM (1 / 2 pi)."""
     sine, cosine = sincospi(2.0 * v)
@@ -49,7 +49,7 @@ def local_direction(u, v, weighting):
     return r * cosine, r * sine, z
 
 
-@kernel(inline=True)
+@formula
 def ray_direction(texel, number, cell, cast, axes):
     """Direction of one ray of a texel's round, which has one in each of strata x strata cells of (u, v), row by row.
 
@@ -66,7 +66,7 @@ def ray_direction(texel, number, cell, cast, axes):
     return dx, dy, dz
 
 
-@kernel(inline=True)
+@formula
 def covered(t, far, falloff):
     """Value of a hit at distance t, 1 - rho, rho rising from 0 at 0 to 1 at far; 0 for no hit, t = infinity."""
     if not t <= far or t == np.inf:
@@ -172,7 +172,7 @@ _STACK = 128  # two nodes a level
 _SMALL = 1e-200
 
 
-@kernel(inline=True)
+@formula
 def _enters(boxes, node, px, py, pz, ix, iy, iz, far):
     """Whether a ray touches a box between 0 and far; (ix, iy, iz): one over its direction."""
     a, b = (boxes[node, 0] - px) * ix, (boxes[node, 3] - px) * ix
@@ -184,7 +184,7 @@ def _enters(boxes, node, px, py, pz, ix, iy, iz, far):
     return (near <= end) & (end >= 0.0) & (near <= far)
 
 
-@kernel(inline=True)
+@formula
 def _inverse(d):
     """One over a component of a direction; finite, as 0 times infinity would be no number."""
     return 1.0 / d if abs(d) > _SMALL else 1.0 / _SMALL

@@ -82,7 +82,7 @@ class _View(FloatView):
 
     def hashed_turn(self, at: Any, angle: Any) -> tuple[Tracked, Tracked]:
         """The kernels' own: a sum in float32 is what it is in every arithmetic."""
-        sine, cosine = unit_of(summed_angle(*at, float(angle.value)))
+        sine, cosine = unit_of(summed_angle(at[0], at[1], float(angle.value)))
         return angle.arithmetic.given(cosine), angle.arithmetic.given(sine)
 
     def image(self, place: Rows) -> Image:
@@ -152,7 +152,7 @@ def image(kind: int, lens: Any, place: Rows, z: Tracked) -> Image:
     """Return the image point of a place at image z; kind, lens: the mapping's, as of ``FloatView``."""
     to_image: Callable[[], Image] = partial(image_of, kind, lens, place.u, place.v, place.q, z)
     if kind == DISPLAY:  # compiled code gives its numbers their names
-        to_image = partial(display_to_image, display_module.py_func(lens), place.u, place.v, z)
+        to_image = partial(display_to_image, display_module(lens), place.u, place.v, z)
     return to_image()
 
 
@@ -236,7 +236,7 @@ class Formulas:
                 if seen is OUTSIDE:
                     return (0,)
                 found = where_none(view.moments_of, seen, at)
-                return (own.term(view, here, s, z, texel, found) if shown.py_func(view, found) else own.background(),)
+                return (own.term(view, here, s, z, texel, found) if shown(view, found) else own.background(),)
 
             yield from self._look_up(point, term)
 

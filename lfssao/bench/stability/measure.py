@@ -182,18 +182,18 @@ def _kernel_image(to_image: WorldToImage, positions: Texture, offset: Texture, t
         image = np.empty_like(points)
         mapping.land(projection, points, image)
         return image[:, :2].reshape(*positions.shape[:-1], 2)
-    affine = mapping.affine_row.py_func
-    way = kernels.offset_row.py_func
+    affine = mapping.affine_row
+    way = kernels.offset_row
     places: Any = np.moveaxis(positions, -1, 0)
     with np.errstate(all="ignore"):  # outside the domain
         turns = np.array(turn, m.dtype)[:, None] if turn else None
         ways = kernels.transform_offsets.py_func(offset[None, :], projection, turns)
         rows = (affine(m, row, *places) + way(ways, 0, row, turns, turns, 0) for row in range(4))
         if kind == MATRIX:
-            u, v, *_ = mapping.project_matrix.py_func(*rows)
+            u, v, *_ = mapping.project_matrix(*rows)
         else:
             a, b, c, _ = rows
-            u, v, *_ = mapping.project_crossed_slits.py_func(mapping.slits_of.py_func(m), a, b, c)
+            u, v, *_ = mapping.project_crossed_slits(mapping.slits_of(m), a, b, c)
     return np.stack([u, v], axis=-1)
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 
 LEAF = 4
 
@@ -25,7 +25,7 @@ class Tree(NamedTuple):
 # None of these kernels is parallel: threads would save milliseconds, once a mesh, and cost seconds of compiling.
 
 
-@kernel(inline=True)
+@formula
 def _spread_bits(n):
     """The 21 bits of n, each followed by two zero bits."""
     n = np.uint64(n)

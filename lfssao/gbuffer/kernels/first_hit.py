@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.gbuffer.kernels.bvh import LEAF
 from lfssao.gbuffer.kernels.triangle import hit_triangle, triangle_at
 from lfssao.optics.kernels.rays import texel_ray
@@ -33,14 +33,14 @@ class Tile(NamedTuple):
     rows: int
 
 
-@kernel(inline=True)
+@formula
 def _product_range(a_low, a_high, b_low, b_high):
     """Smallest and largest a b of a and b in two ranges."""
     p, q, r, s = a_low * b_low, a_low * b_high, a_high * b_low, a_high * b_high
     return min(p, q, r, s), max(p, q, r, s)
 
 
-@kernel(inline=True)
+@formula
 def _may_meet(packet, row, x0, y0, z0, x1, y1, z1):
     """Whether a packet of rays can meet a box.
 
@@ -55,7 +55,7 @@ def _may_meet(packet, row, x0, y0, z0, x1, y1, z1):
     return (z0 <= packet[9, row]) & (z1 >= packet[8, row]) & in_x & in_y
 
 
-@kernel(inline=True)
+@formula
 def _widen(packet, row, ox, oy, dx, dy, z0, z1):
     """Add a ray from z0 to z1 to a packet."""
     packet[0, row], packet[1, row] = min(packet[0, row], ox), max(packet[1, row], ox)
@@ -65,7 +65,7 @@ def _widen(packet, row, ox, oy, dx, dy, z0, z1):
     packet[8, row], packet[9, row] = min(packet[8, row], z0), max(packet[9, row], z1)
 
 
-@kernel(inline=True)
+@formula
 def _start_tile(rays, tile, tree, proposed, ray, best, packet):
     """Write rays, hits of the proposed triangle and packets of a tile's texels.
 
@@ -93,7 +93,7 @@ def _start_tile(rays, tile, tree, proposed, ray, best, packet):
         _widen(packet, (j // SUB) * _SUBS + i // SUB, ox, oy, dx, dy, near, best[place, 0])
 
 
-@kernel(inline=True)
+@formula
 def _test_triangle(face, t, ray, best, packet, meets):
     """Test one triangle on every texel of the sub-tiles whose packets can meet its box."""
     x0, y0, z0 = min(t.ax, t.bx, t.cx), min(t.ay, t.by, t.cy), min(t.az, t.bz, t.cz)
@@ -114,7 +114,7 @@ def _test_triangle(face, t, ray, best, packet, meets):
                 best[place, 0], best[place, 1] = z, face
 
 
-@kernel(inline=True)
+@formula
 def _search_tile(tree, stack, ray, best, packet, meets):
     """Go down the tree with the tile's packet and test every triangle of the leaves that it can meet."""
     boxes, whole = tree.boxes, _SUBS * _SUBS
@@ -140,7 +140,7 @@ def _search_tile(tree, stack, ray, best, packet, meets):
         _shorten(best, packet)
 
 
-@kernel(inline=True)
+@formula
 def _shorten(best, packet):
     """End packets at the deepest hit of their texels."""
     tile_far = -np.inf

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.gbuffer.kernels.triangle import hit_triangle, triangle_at
 from lfssao.optics.kernels.rays import texel_ray
 
@@ -54,7 +54,7 @@ def separable_rays(rays, columns, rows, top=0):
     return near, far
 
 
-@kernel(inline=True)
+@formula
 def _image(x, z, axis, size):
     """A corner's image along one axis, clamped to a texel beside the texture, and whether its rounding is bounded."""
     alpha, beta, c, a, b, limit = axis[0], axis[1], axis[2], axis[3], axis[4], axis[5]

@@ -14,14 +14,14 @@ the normal range, 2**-969 with its rest: corners 1e-150 of a unit away from a ra
 
 from typing import NamedTuple
 
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 
 # Twice the rounding error of a difference of two rounded products is below this share of their sizes' sum.
 DOUBTFUL = 2.0**-50
 _SPLITTER = 134217729.0  # 2**27 + 1
 
 
-@kernel(inline=True)
+@formula
 def two_sum(a, b):
     """Sum of a and b as its rounded value and the exact rest (Knuth)."""
     s = a + b
@@ -29,7 +29,7 @@ def two_sum(a, b):
     return s, (a - (s - t)) + (b - t)
 
 
-@kernel(inline=True)
+@formula
 def two_product(a, b):
     """A product as its rounded value and the exact rest (Dekker; Veltkamp's splitting, as no fused product is used)."""
     p = a * b
@@ -58,7 +58,7 @@ def exact_difference(a, b, c, d):
     return ((x0 + x1) + x2) + x3
 
 
-@kernel(inline=True)
+@formula
 def edge_function(a, b, c, d):
     """The number a b - c d: as it rounds where its sign is beyond doubt, exact_difference where it is not."""
     p, q = a * b, c * d
@@ -82,7 +82,7 @@ class Triangle(NamedTuple):
     cz: float
 
 
-@kernel(inline=True)
+@formula
 def triangle_at(corners, p):
     """The triangle of a row of corners, (F, 9) float64."""
     return Triangle(
@@ -92,7 +92,7 @@ def triangle_at(corners, p):
     )  # fmt: skip
 
 
-@kernel(inline=True)
+@formula
 def edge_functions(ox, oy, dx, dy, t):
     """The three edge functions of a triangle moved along the ray x = ox + dx z, y = oy + dy z."""
     ap, aq = t.ax - (ox + dx * t.az), t.ay - (oy + dy * t.az)
@@ -101,14 +101,14 @@ def edge_functions(ox, oy, dx, dy, t):
     return edge_function(bp, cq, bq, cp), edge_function(cp, aq, cq, ap), edge_function(ap, bq, aq, bp)
 
 
-@kernel(inline=True)
+@formula
 def depth_on(t, u, v, w):
     """The z = ((u a_z + v b_z) + w c_z) / ((u + v) + w) of a triangle, held between its corners' z."""
     z = ((u * t.az + v * t.bz) + w * t.cz) / ((u + v) + w)
     return min(max(z, min(t.az, t.bz, t.cz)), max(t.az, t.bz, t.cz))
 
 
-@kernel(inline=True)
+@formula
 def hit_triangle(ox, oy, dx, dy, t):
     """Whether the ray x = ox + dx z, y = oy + dy z hits a triangle, not exactly edge on, and at what z."""
     u, v, w = edge_functions(ox, oy, dx, dy, t)
@@ -119,7 +119,7 @@ def hit_triangle(ox, oy, dx, dy, t):
     return True, depth_on(t, u, v, w)
 
 
-@kernel(inline=True)
+@formula
 def point_on_triangle(ox, oy, dx, dy, t):
     """The point at which the ray hits a triangle: z, and the barycentric weights of b and c.
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, formula, known, number, plain, select, twice
+from lfssao.core.jit import formula, kernel
+from lfssao.core.numbers import as_float, known, number, plain, select, twice
 from lfssao.core.vectors import Vector, dot
 
 NEVER = 3e38  # finite in float32 too, as JSON has no infinity
@@ -49,8 +49,8 @@ class DisplayModule(NamedTuple):
     inverse: Any  # 9, of the homography
 
 
-@kernel(inline=True)
-def display_module(d):
+@formula
+def display_module(d: Any) -> Any:
     """The numbers of one module, an array (32,), by their names."""
     homography = (d[8], d[9], d[10], d[11], d[12], d[13], d[14], d[15], d[16])
     inverse = (d[23], d[24], d[25], d[26], d[27], d[28], d[29], d[30], d[31])
@@ -151,7 +151,7 @@ def display_to_image(d, x, y, z):
 
 
 @kernel(inline=True)
-def physical_to_image(d, x, y, z):
+def physical_to_image(d: Any, x: Any, y: Any, z: Any) -> Any:
     """Image coordinates u and v, texels, of a physical point, metres, and its status.
 
     All numbers have the dtype of the module's; image z is z. u and v are 0 unless the status is VALID; a valid point

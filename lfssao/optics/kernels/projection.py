@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lfssao.core.jit import kernel
-from lfssao.core.numbers import formula
+from lfssao.core.jit import formula, kernel
 from lfssao.optics.kernels.display import VALID, display_module, display_to_image, physical_to_image
 
 CROSSED_SLITS = 0
@@ -40,40 +39,40 @@ class Slits(NamedTuple):
     v_0: Any
 
 
-@kernel(inline=True)
-def slits_of(m):
+@formula
+def slits_of(m: Any) -> Any:
     """Parameters 12 to 15 of CROSSED_SLITS by their names."""
     return Slits(m[12], m[13], m[14], m[15])
 
 
-@kernel(inline=True)
-def affine_row(m, row, x, y, z):
+@formula
+def affine_row(m: Any, row: Any, x: Any, y: Any, z: Any) -> Any:
     """Row of M (x, y, z, 1): ((m0 x + m1 y) + m2 z) + m3, m a flat array of rows of four."""
     k = 4 * row
     return ((m[k] * x + m[k + 1] * y) + m[k + 2] * z) + m[k + 3]
 
 
-@kernel(inline=True)
+@formula
 def linear_row(m, row, x, y, z):
     """Row of M (x, y, z, 0): (m0 x + m1 y) + m2 z, m a flat array of rows of four."""
     k = 4 * row
     return (m[k] * x + m[k + 1] * y) + m[k + 2] * z
 
 
-@kernel(inline=True)
-def project_crossed_slits(slits, a, b, c):
+@formula
+def project_crossed_slits(slits: Any, a: Any, b: Any, c: Any) -> Any:
     """The half of CROSSED_SLITS that is not affine, of (X, Y, Z) = (a, b, c): u, v, image z, whether it is defined."""
     u, v = slits.u_0 + a / (slits.z_m - c), slits.v_0 + b / (slits.z_o - c)
     return u, v, c, (c < slits.z_m) & (c > slits.z_o)
 
 
-@kernel(inline=True)
-def project_matrix(a, b, c, q):
+@formula
+def project_matrix(a: Any, b: Any, c: Any, q: Any) -> Any:
     """The half of MATRIX that is not affine: u, v, image z, whether it is defined."""
     return a / q, b / q, c / q, q > 0
 
 
-@kernel(inline=True)
+@formula
 def last_below(size):
     """The largest number below a size in texels: size (1 - 2^-24) in float32, which rounds to it for every size."""
     one = type(size)(1)
@@ -81,7 +80,7 @@ def last_below(size):
     return size * (below if below < one else one - type(size)(2.0**-24))
 
 
-@kernel(inline=True)
+@formula
 def hold_inside(u, last):
     """An image coordinate held between 0 and ``last``, the last number inside; u where it is inside, 0 for NaN.
 
@@ -90,19 +89,19 @@ def hold_inside(u, last):
     return min(last, max(type(last)(0), u))
 
 
-@kernel(inline=True)
+@formula
 def signed_texel_number(column, row, width):
     """Row * width + column, int32, of image coordinates inside the texture (64 bits would halve the speed)."""
     return np.int32(np.int32(np.int32(row) * np.int32(width)) + np.int32(column))
 
 
-@kernel(inline=True)
+@formula
 def texel_number(column, row, width):
     """Row * width + column, uint32, of image coordinates inside the texture (a known sign doubles the speed)."""
     return np.uint32(signed_texel_number(column, row, width)) & np.uint32(0x7FFFFFFF)
 
 
-@kernel(inline=True)
+@formula
 def nearest_texel(u, v, width, height):
     """Whether image point (u, v) lies in the texture, and the number of its texel, uint32; of the nearest outside."""
     column, row = hold_inside(u, last_below(width)), hold_inside(v, last_below(height))

@@ -9,7 +9,7 @@ Rays have the kind of the projection that they belong to, and numbers of their o
 from math import sqrt
 from typing import Any, NamedTuple
 
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.optics.kernels.display import display_module, display_ray
 from lfssao.optics.kernels.projection import CROSSED_SLITS, DISPLAY, MATRIX, affine_row
 
@@ -50,14 +50,14 @@ class Pinhole(NamedTuple):
     linear: Any
 
 
-@kernel(inline=True)
+@formula
 def pinhole(n):
     """The numbers of a camera, an array (8,), by their names."""
     return Pinhole(n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7])
 
 
 @kernel(inline=True)
-def texel_ray(rays, u, v):
+def texel_ray(rays: Any, u: Any, v: Any) -> Any:
     """Ray through image point (u, v): origin, direction (with z component 1, so that t is a depth), t_near, t_far.
 
     CROSSED_SLITS, S = (s_x, s_y) the screen point: x(z) = m_x + (s_x - m_x)(m_z - z) / m_z and
@@ -126,7 +126,7 @@ def image_depth(rays, z):
     return (z - near) / (far - near)
 
 
-@kernel(inline=True)
+@formula
 def clip_to_slab(origin, direction, low, high, t0, t1):
     """The part of [t0, t1] in which low <= origin + t direction <= high; empty (t0 > t1) where there is none."""
     if direction == 0.0:

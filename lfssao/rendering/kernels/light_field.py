@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.core.elementary import exp
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.optics.kernels.display import circle_crossing, display_module, screen_to_image
 
 NEAREST = 0
@@ -30,7 +30,7 @@ class Modules(NamedTuple):
     texels: Any  # (n, C) float32: all textures, row by row, finite
 
 
-@kernel(inline=True)
+@formula
 def seen_screen_point(curvature, screen, x, y, eye):
     """The crossing of the screen and the line from the eye to (x, y, 0): s_x, s_y, s_z; s_z is NaN outside its area.
 
@@ -47,7 +47,7 @@ def seen_screen_point(curvature, screen, x, y, eye):
     return s_x, s_y, t * e_z if meets & inside else np.nan
 
 
-@kernel(inline=True)
+@formula
 def ray_sine(d, point, eye):
     """Sine of the angle, seen from above, by which a module's ray through a screen point misses the eye.
 

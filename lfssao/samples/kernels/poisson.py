@@ -8,7 +8,7 @@ from math import floor, sqrt
 import numpy as np
 
 from lfssao.core.elementary import sincospi
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.core.philox import philox4x32, random_below, random_signed
 from lfssao.samples.kernels.square import SHUFFLE, random_radii
 
@@ -18,7 +18,7 @@ _START = 0.73  # of the distance of a triangular lattice: most searches end near
 _MASK, _32 = np.uint64(0xFFFFFFFF), np.uint64(32)
 
 
-@kernel(inline=True)
+@formula
 def distance_square(x0, y0, x1, y1):
     """Square of the distance of two points of the square, which wraps in its second coordinate."""
     across = abs(y1 - y0)
@@ -71,7 +71,7 @@ def bridson(seed, stream, r, points):
     return count
 
 
-@kernel(inline=True)
+@formula
 def _cell(coordinate, cells):
     return min(int((coordinate + 1.0) * 0.5 * cells), cells - 1)
 

@@ -3,10 +3,12 @@
 Angles are in half-turns, so that no multiple of pi is rounded before it is reduced.
 """
 
+from typing import Any
+
 import numpy as np
 
 from lfssao.core.elementary import PI, sincospi
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.core.philox import random_word
 
 # 2 pi in three parts: the first two have 23 bits, so that products with whole numbers below 2**30 are exact.
@@ -25,15 +27,15 @@ def unit_taps(tau, taps):
         taps[i, 0], taps[i, 1], taps[i, 2] = cosine, sine, (i + 0.5) / s
 
 
-@kernel(inline=True)
-def summed_angle(x, y, angle):
+@formula
+def summed_angle(x: Any, y: Any, angle: Any) -> Any:
     """Sum in float32 of the common hash of texel (x, y), radians, and an angle: both are rounded before. float64."""
     word = np.int32(10 * ((3 * np.int64(x)) ^ (np.int64(y) + np.int64(x) * np.int64(y))))
     return np.float64(np.float32(np.float32(word) + np.float32(angle)))
 
 
-@kernel(inline=True)
-def unit_of(radians):
+@formula
+def unit_of(radians: Any) -> Any:
     """Sine and cosine, float64, of an angle of up to 2**32 radians, reduced as angles of one's own are."""
     whole = np.floor(radians / (2.0 * PI) + 0.5)
     return sincospi((((radians - whole * TURN[0]) - whole * TURN[1]) - whole * TURN[2]) / PI)

@@ -7,7 +7,7 @@ every point is uniform (Owen 1995).
 
 import numpy as np
 
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.core.philox import random_below, random_signed, random_unit, random_word
 
 XI1, XI2, RADIUS, SHUFFLE = 0, 1, 2, 3
@@ -19,13 +19,13 @@ R2 = np.array([0xC13FA9A902A6328F, 0x91E10DA5C79E7B1C], np.uint64)
 R3 = np.array([0xD1B54A32D192ED03, 0xABC98388FB8FAC02, 0x8CB92BA72F3D8DD7], np.uint64)
 
 
-@kernel(inline=True)
+@formula
 def in_cell(cell, cells, place):
     """A coordinate of [-1, 1]: the place, 0 to 1, inside one of equal cells."""
     return 2.0 * ((cell + place) / cells) - 1.0
 
 
-@kernel(inline=True)
+@formula
 def unit(word):
     """A 64-bit fraction of 1 as float64 in (0, 1): its first 52 bits and a half, exact, never an end."""
     return (np.float64(word >> np.uint64(12)) + 0.5) * 2.0**-52
@@ -72,7 +72,7 @@ def latin(seed, out):
     random_radii(seed, out)
 
 
-@kernel(inline=True)
+@formula
 def long_word(seed, stream):
     """64 random bits: numbers 0 (high) and 1 of a stream."""
     return (random_word(seed, stream, 0) << np.uint64(32)) | random_word(seed, stream, 1)

@@ -56,4 +56,4 @@ def _selected_taps(kept: slice, numbers: Sao) -> Sao:
 
 def _turned_back(numbers: Sao) -> Sao:
     """Hashes taken off the taps' angles: these taken off hashes, with sines of the other sign."""
-    return numbers._replace(angles=-numbers.angles, up=None if numbers.up else True)
+    return numbers._replace(angles=-numbers.angles, up=not numbers.up)

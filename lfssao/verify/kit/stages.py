@@ -74,18 +74,18 @@ def _map_points(parameters: Parameters, inputs: Arrays) -> Outputs:
     image, statuses = np.zeros(inputs["points"].shape, np.float32), np.zeros(len(inputs["points"]), np.int32)
     # A kernel returns a Python float, and the next one would compute in float64: rows are made of whole columns here.
     rows = range(4 if to_image.kind == mapping.MATRIX else 3)
-    sums = [mapping.affine_row.py_func(projection.numbers, row, *inputs["points"].T) for row in rows]
+    sums = [mapping.affine_row(projection.numbers, row, *inputs["points"].T) for row in rows]
     if "offsets" in inputs:
         turns, every = inputs.get("turns"), slice(None)
         table = ssao_kernels.transform_offsets(inputs["offsets"], projection, turns)
-        parts = [ssao_kernels.offset_row.py_func(table, every, row, turns, turns, every) for row in rows]
+        parts = [ssao_kernels.offset_row(table, every, row, turns, turns, every) for row in rows]
         sums = [a + b for a, b in zip(sums, parts, strict=True)]
     for k, (*physical, q) in enumerate(zip(*sums, *[sums[0]] * (4 - len(rows)), strict=True)):
         u, v, depth, valid = mapping.project(projection, *physical, q)
         if valid:
             image[k] = u, v, depth
         elif to_image.kind == mapping.DISPLAY:
-            d = display_kernels.display_module.py_func(projection.numbers[12:])
+            d = display_kernels.display_module(projection.numbers[12:])
             statuses[k] = display_kernels.physical_to_image(d, *physical)[2]
         else:
             statuses[k] = 1

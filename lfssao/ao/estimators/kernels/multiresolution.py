@@ -9,8 +9,8 @@ coordinate.
 
 import numpy as np
 
-from lfssao.core.jit import kernel
-from lfssao.core.numbers import alternatives, as_float, by_squaring, formula, is_finite, plain, select
+from lfssao.core.jit import formula, kernel
+from lfssao.core.numbers import alternatives, as_float, by_squaring, is_finite, plain, select
 from lfssao.core.vectors import Vector, dot
 
 
@@ -24,7 +24,7 @@ def first_level(begin, stop, depth, level):
             level[j, i] = number if depth[j, i] < np.inf else np.int32(-1)
 
 
-@kernel(inline=True)
+@formula
 def depth_at(surface, texel):
     """Depth of a texel number, +infinity of -1."""
     there = texel >= np.int32(0)
@@ -32,7 +32,7 @@ def depth_at(surface, texel):
     return depth if there else surface.dtype.type(np.inf)
 
 
-@kernel(inline=True)
+@formula
 def lower_median(surface, a, b, c, d):
     """Lower median by depth of up to four texel numbers, by how many come before each; -1 is none, and comes last."""
     at_a, at_b, at_c, at_d = depth_at(surface, a), depth_at(surface, b), depth_at(surface, c), depth_at(surface, d)
@@ -80,13 +80,13 @@ def obscured(v, n, radius, squared):
     return select((d > 0) & alternatives(d < squared, length < radius) & (above > 0), term, 0)
 
 
-@kernel(inline=True)
+@formula
 def vector(x, y, z, at):
     """Vector of a place of three arrays."""
     return Vector(as_float(x[at]), as_float(y[at]), as_float(z[at]))
 
 
-@kernel(inline=True)
+@formula
 def gather(numbers, texture, start, n, step, x, y, z, first):
     """Vectors of n texels, the numbers from place ``start`` on, every ``step``-th; NaN where there is none.
 
@@ -102,7 +102,7 @@ def gather(numbers, texture, start, n, step, x, y, z, first):
         x[place], y[place], z[place] = a if there else nothing, b if there else nothing, c if there else nothing
 
 
-@kernel(inline=True)
+@formula
 def level_span(numbers, start, width):
     """Columns from the first texel of a row that sees a surface to the last, (first, one past the last)."""
     first, last = 0, width
@@ -113,7 +113,7 @@ def level_span(numbers, start, width):
     return first, last
 
 
-@kernel(inline=True)
+@formula
 def taps_beyond(numbers, j, width, height, reach):
     """How many taps of the texels of row j that see a surface lie outside the texture."""
     edge = 2 * reach + 1

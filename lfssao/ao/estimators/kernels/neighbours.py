@@ -12,7 +12,7 @@ import numpy as np
 from lfssao.ao.kernels.spans import next_span
 from lfssao.ao.kernels.ssao import finish_run, transform_offsets
 from lfssao.core.intrinsics import CHUNK, element, scratch
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels.display import VALID, display_module, physical_to_image
 from lfssao.optics.kernels.projection import CROSSED_SLITS, MATRIX, Projection, affine_row, signed_texel_number
@@ -39,7 +39,7 @@ class Views(NamedTuple):
     depths: np.ndarray
 
 
-@kernel(inline=True)
+@formula
 def load_points(kind, m, surface, positions, start, n, at, rows):
     """The mapping's affine half of n texels from number ``start`` on: each row CHUNK numbers, from number ``at`` on.
 
@@ -55,7 +55,7 @@ def load_points(kind, m, surface, positions, start, n, at, rows):
             rows[np.uint64(k + 3 * CHUNK)] = affine_row(m, 3, x, y, z)
 
 
-@kernel(inline=True)
+@formula
 def look(views, v, n, rows, move, known):
     """Look one sample of n points up in texture v.
 

@@ -206,7 +206,7 @@ def sao_numbers(options: AnyOptions, rays: TexelRays, radius: float, z: Texture)
             points=unit_taps(options, z.dtype),
             angles=tap_angles(options) if options.angle_sum == "float32" else None,
             landing=LANDINGS[options.landing],
-            up=True if options.sine == "up" else None,
+            up=options.sine == "up",
             height=z.shape[0],
             width=z.shape[1],
             reach_u=one(options.reach * radius / units[0]),

@@ -14,7 +14,8 @@ import numpy as np
 
 from lfssao.ao.estimators.sao.kernels.reconstruct import spacing
 from lfssao.ao.kernels.texel_rays import on_ray
-from lfssao.core.numbers import formula, is_finite, larger, number, rounded, select, smaller, unless_none
+from lfssao.core.jit import formula
+from lfssao.core.numbers import is_finite, larger, number, rounded, select, smaller
 from lfssao.core.places import image_place
 from lfssao.core.vectors import dot
 
@@ -45,7 +46,7 @@ def _landed(landing: Any, offset: Any) -> Any:
 
 
 @formula
-def _upward(up: Any, landing: Any, offset: Any) -> Any:
+def _upward(landing: Any, offset: Any) -> Any:
     """The way down of an offset up, to the middle of a texel, as of rows that are counted from below."""
     return 0.5 - select(landing < 0, np.floor(offset), _whole(landing, offset))
 
@@ -59,17 +60,16 @@ class Sao(NamedTuple):
     """Numbers of a tap and its term, arrays and scalars of the arithmetic's dtype.
 
     points: (s, 3), taps at angle 0, by ``lfssao.samples.kernels.spiral.unit_taps``. angles: None, or of taps, (s,),
-    float64, radians, that the common hash is added to in float32. landing: that of ``_landed``. up: not None if sines
-    are upward. height, width: of the
-    texture. reach_u, reach_v: the radius in units of cast space, across and down (r in world units for rays in a
-    table). inverse: 1 / r. cubed: whether the falloff is the appendix's. bias, depth_bias: u.n less
-    bias + depth_bias (z - origin), in radii. log_q: log2 of q'.
+    float64, radians, that the common hash is added to in float32. landing: that of ``_landed``. up: whether sines are
+    upward. height, width: of the texture. reach_u, reach_v: the radius in units of cast space, across and down (r in
+    world units for rays in a table). inverse: 1 / r. cubed: whether the falloff is the appendix's. bias, depth_bias:
+    u.n less bias + depth_bias (z - origin), in radii. log_q: log2 of q'.
     """
 
     points: Any
     angles: Any
     landing: int
-    up: Any
+    up: bool
     height: int
     width: int
     reach_u: Any
@@ -101,7 +101,7 @@ class Sao(NamedTuple):
         u, v = _direction(self.angles, view, self.points, turn, (column, row), s)
         alpha = rounded(self.points[s, 2], 0, column, 1)
         offset = (down * alpha) * v
-        below = unless_none(self.up, _landed(self.landing, offset), _upward, (self.landing, offset))
+        below = select(self.up, _upward(self.landing, offset), _landed(self.landing, offset))
         return image_place(column + _landed(self.landing, (across * alpha) * u), row + below)
 
     def term(self, view: Any, here: Any, s: Any, z: Any, texel: Any, seen: Any) -> Any:

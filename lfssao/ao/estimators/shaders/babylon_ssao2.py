@@ -14,7 +14,8 @@ from lfssao.ao.estimators.estimator import FloatArray, option
 from lfssao.ao.estimators.look_ups import LookUps
 from lfssao.ao.formulas import summed
 from lfssao.ao.textures import Buffers
-from lfssao.core.numbers import formula, larger, number, rounded, select, smaller, smoothstep, surely
+from lfssao.core.jit import formula
+from lfssao.core.numbers import larger, number, rounded, select, smaller, smoothstep, surely
 from lfssao.core.vectors import Vector, cross, dot
 from lfssao.errors import InputError
 from lfssao.samples import make_samples

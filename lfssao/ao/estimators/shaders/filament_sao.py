@@ -16,7 +16,8 @@ from lfssao.ao.estimators.oriented import cast_length
 from lfssao.ao.formulas import summed
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import PI, sincospi
-from lfssao.core.numbers import formula, is_finite, larger, number, power, rounded, select, smaller
+from lfssao.core.jit import formula
+from lfssao.core.numbers import is_finite, larger, number, power, rounded, select, smaller
 from lfssao.core.places import image_place
 from lfssao.core.vectors import dot
 from lfssao.errors import InputError

@@ -15,7 +15,8 @@ from lfssao.ao.estimators.look_ups import Bordered
 from lfssao.ao.formulas import summed
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
-from lfssao.core.numbers import formula, larger, number, power, rounded, select, smaller, within
+from lfssao.core.jit import formula
+from lfssao.core.numbers import larger, number, power, rounded, select, smaller, within
 from lfssao.core.places import image_place
 from lfssao.core.vectors import dot
 from lfssao.errors import InputError

@@ -17,19 +17,8 @@ from lfssao.ao.estimators.slices import WEIGHTINGS, arc
 from lfssao.ao.formulas import ZENITH, folded
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
-from lfssao.core.numbers import (
-    alternatives,
-    formula,
-    larger,
-    least,
-    most,
-    number,
-    power,
-    rounded,
-    select,
-    smaller,
-    within,
-)
+from lfssao.core.jit import formula
+from lfssao.core.numbers import alternatives, larger, least, most, number, power, rounded, select, smaller, within
 from lfssao.core.vectors import dot
 
 

@@ -21,10 +21,10 @@ from lfssao.ao.formulas import ZENITH, folded
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import PI, sincospi
 from lfssao.core.functions import crude_root
+from lfssao.core.jit import formula
 from lfssao.core.numbers import (
     alternatives,
     by_squaring,
-    formula,
     larger,
     least,
     most,

@@ -39,10 +39,10 @@ from lfssao.ao.moments import moment_pyramid
 from lfssao.ao.ssao import Occlusion
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import PI
+from lfssao.core.jit import formula
 from lfssao.core.numbers import (
     alternatives,
     double,
-    formula,
     is_number,
     larger,
     least,

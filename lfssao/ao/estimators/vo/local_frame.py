@@ -28,7 +28,8 @@ import numpy as np
 from lfssao.ao.kernels.spans import CHUNK
 from lfssao.ao.textures import Texture
 from lfssao.core.elementary import sincospi
-from lfssao.core.numbers import formula, larger, rounded, select, smaller
+from lfssao.core.jit import formula
+from lfssao.core.numbers import larger, rounded, select, smaller
 from lfssao.core.philox import random_signed
 from lfssao.core.quotients import divided, over
 from lfssao.core.vectors import cross, dot

@@ -14,7 +14,8 @@ from lfssao.core.corners import blended, blended_vector, by_corners
 from lfssao.core.doubts import Doubt
 from lfssao.core.functions import arc_cosine_of_ball, cosine_and_sine_of_ball
 from lfssao.core.intrinsics import memory_of
-from lfssao.core.numbers import formula, number, unless_none, where_none, within
+from lfssao.core.jit import formula
+from lfssao.core.numbers import number, unless_none, within
 from lfssao.core.places import image_or, offset_spot, point_spot, row_of
 from lfssao.core.vectors import Vector, dot
 from lfssao.optics.kernels.projection import image_of
@@ -169,7 +170,7 @@ class BallView(NamedTuple):
     by: NamedTuple
     turned: bool
     moments_of: Any = None  # ``moment_balls.BallPyramid``, where textures are filtered
-    divides: Any = None
+    divides: bool = False
     asked: np.ndarray = np.zeros(2)
     rays: Any = None
     levels: Any = None  # ``BallLevels``
@@ -237,7 +238,7 @@ class BallView(NamedTuple):
 
     def image_z(self, texel):
         z = self.surface(texel)
-        return where_none(self.divides, z, _with_room(self, z))
+        return _with_room(self, z) if self.divides else z
 
     def coarse_z(self, seen, h, log_q):
         first, error = self.levels.first, h.error * SAFETY
@@ -294,7 +295,7 @@ class BallView(NamedTuple):
 
     def depth_at(self, place):
         z = row_of(self.rows, 3, place)
-        return where_none(self.divides, z, _with_room(self, _divided(self, z, place)))
+        return _with_room(self, _divided(self, z, place)) if self.divides else z
 
     def depth_along(self, direction):
         m = self.rows

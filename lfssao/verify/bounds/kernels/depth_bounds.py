@@ -6,11 +6,11 @@ hits; its depths there are those of its plane over the box, held between its cor
 
 import numpy as np
 
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.optics.kernels.rays import image_depth, texel_ray
 
 
-@kernel(inline=True)
+@formula
 def _range_over_box(rays, u, v, reach, a, b, c):
     """Least and largest z of a triangle's plane over the box around an image point, between the corners' z."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]

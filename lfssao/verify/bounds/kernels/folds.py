@@ -9,7 +9,7 @@ import numpy as np
 
 from lfssao.core.balls import UNKNOWN, Ball
 from lfssao.core.doubts import doubt_of
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.core.numbers import number
 from lfssao.core.sectors import any_ends, ends_of, join_ends, no_ends, state_between
 from lfssao.verify.bounds.kernels.ball_view import answering, image_at
@@ -18,14 +18,14 @@ from lfssao.verify.bounds.kernels.seen import looked_up_box
 from lfssao.verify.bounds.kernels.sums import LIMITLESS, looked_up
 
 
-@kernel(inline=True)
+@formula
 def _part(view, estimator, texel, k):
     """The part of the way at which a step lies; a renderer may add up steps, whose errors are as a quotient's of 1."""
     part = number(estimator.part(view, texel, view.ball(k, 0.0)), view.ball(k, 0.0))
     return Ball(part.value, max(part.error, view.by.quotient), part)
 
 
-@kernel(inline=True)
+@formula
 def _march(view, seen, estimator, here, texel, s, ends, most_added):
     """The least and the largest sum of direction s, its steps that may be read in several texels, and those not 0.
 

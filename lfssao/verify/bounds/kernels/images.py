@@ -6,8 +6,8 @@ import numpy as np
 
 from lfssao.core.balls import SAFETY, Ball, ball_of
 from lfssao.core.intrinsics import memory_of
-from lfssao.core.jit import kernel
-from lfssao.core.numbers import formula, number
+from lfssao.core.jit import formula, kernel
+from lfssao.core.numbers import number
 from lfssao.core.places import point_spot, row_of_spot
 from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.projection import MATRIX, image_of
@@ -44,19 +44,19 @@ class Projected(NamedTuple):
     must: bool
 
 
-@kernel(inline=True)
+@formula
 def certain(x, by):
     """A number that every renderer has, a ball of the model ``by``, which may be a ball."""
     return ball_of(np.float64(x), 0.0, by.model)
 
 
-@kernel(inline=True)
+@formula
 def certain_vector(v, by):
     """A vector that every renderer has."""
     return Vector(certain(v[0], by), certain(v[1], by), certain(v[2], by))
 
 
-@kernel(inline=True)
+@formula
 def project(kind, numbers, place):
     """The image point of a place; numbers: the mapping's, rounded, (16,) or (44,)."""
     a, b, c = row_of_spot(numbers, 0, place), row_of_spot(numbers, 1, place), row_of_spot(numbers, 2, place)
@@ -65,7 +65,7 @@ def project(kind, numbers, place):
     return Projected(u, v, c / q if kind == MATRIX else c, valid.may, valid.must)
 
 
-@kernel(inline=True)
+@formula
 def widen(image, by):
     """An image point with its errors as they count: a look-up's miss added, float64's own rounding outweighed."""
     u, v, z = image.u, image.v, image.z
@@ -74,7 +74,7 @@ def widen(image, by):
     return Projected(u, v, Ball(z.value, z.error * SAFETY, z), image.may, image.must)
 
 
-@kernel(inline=True)
+@formula
 def linear_room(m, z, q, depth, by):
     """By how much a window depth d may seem off where a perspective camera's renderer makes a distance of it first.
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from lfssao.ao.kernels.moments import Pyramid, filtered_moments, look_up
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula
 
 _MOST_CELLS = 64  # a point that may lie in more squares between four texels is anywhere
 _LINEAR = 12.0  # roundings of a number between eight texels, at most
@@ -25,7 +25,7 @@ class BallPyramid(NamedTuple):
     roundings: float
 
 
-@kernel(inline=True)
+@formula
 def _differences(pyramid, level, x, y, off_x, off_y):
     """Largest size of each of three numbers around (x, y), and by how much it may change: (3,), (3,).
 
@@ -60,7 +60,7 @@ def _differences(pyramid, level, x, y, off_x, off_y):
     return (a, b, c), (d, e, f)
 
 
-@kernel(inline=True)
+@formula
 def filtered_balls(pyramid, level, u, v, by):
     """Fraction that sees a surface and its moments, as of ``filtered_moments``, of balls.
 

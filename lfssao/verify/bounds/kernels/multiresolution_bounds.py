@@ -8,14 +8,14 @@ import numpy as np
 
 from lfssao.ao.estimators.kernels.multiresolution import obscured, upsampling_weight
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_between
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.core.numbers import rounded
 from lfssao.verify.bounds.kernels.images import certain, certain_vector
 
 _ORDERS = 12  # roundings of a weighted mean of four, in any order, of weights that are normalised or not
 
 
-@kernel(inline=True)
+@formula
 def _difference(texture, one, other, by):
     """The difference of the vectors of two texels of a texture (N, 3)."""
     return certain_vector(texture[one], by) - certain_vector(texture[other], by)
@@ -45,7 +45,7 @@ def bound_level(begin, stop, level, places, facing, reach, radius, squared, by, 
             sums[0, j, i], sums[1, j, i] = low, high
 
 
-@kernel(inline=True)
+@formula
 def _coarse_texel(coarse, j, i, k):
     """Row and column of the k-th coarse texel around a fine one, its weight, and the texel it stands for, -1 for none.
 
@@ -57,7 +57,7 @@ def _coarse_texel(coarse, j, i, k):
     return row, column, (3 - 2 * down) * (3 - 2 * across), coarse[row, column] if inside else np.int32(-1)
 
 
-@kernel(inline=True)
+@formula
 def _carry(coarse, weights, coarser, j, i, by):
     """The least and the largest weighted mean of what the coarse texels around a fine one carry; coarser: (2, h, w).
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.core.balls import Ball
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.core.places import offset_spot, point_spot
 from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.projection import MATRIX
@@ -32,7 +32,7 @@ class Points(NamedTuple):
     is_exact: Any  # (n,) bool: whether every renderer has this very offset
 
 
-@kernel(inline=True)
+@formula
 def sample_offset(seen, points, s, j, i, by):
     """The offset of a sample of a texel, turned: c (x, y, 0) + s (-y, x, 0) + (0, 0, z)."""
     (x, y, z), (c, d), off, nothing = points.offsets[s], turn_of(seen, j, i), by.offset, certain(0.0, by)
@@ -43,7 +43,7 @@ def sample_offset(seen, points, s, j, i, by):
     return turned + offset_spot(Vector(nothing, nothing, e))
 
 
-@kernel(inline=True)
+@formula
 def look_up(seen, image):
     """Bits of all that a look-up of a sample at an image point may find."""
     box = box_of(seen, image)
@@ -55,7 +55,7 @@ def look_up(seen, image):
     return found
 
 
-@kernel(inline=True)
+@formula
 def fits(size, x):
     """Whether float32 holds every sum of multiples of x whose sizes add up to at most size: it has 24 bits."""
     mantissa, exponent = math.frexp(size)
@@ -81,7 +81,7 @@ def depth_is_exact(m, point, offset):
     return good and fits(size, m[11]) and size < np.inf
 
 
-@kernel(inline=True)
+@formula
 def trace_sample(seen, points, here, s, j, i, by):
     """Image point, errors included, of sample s of a texel at a point, and bits of what a look-up there may find."""
     m = seen.numbers

@@ -10,8 +10,8 @@ import numpy as np
 
 from lfssao.ao.kernels import look_up
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball
-from lfssao.core.jit import kernel
-from lfssao.core.numbers import formula, where_none
+from lfssao.core.jit import formula, kernel
+from lfssao.core.numbers import where_none
 from lfssao.core.places import point_spot, row_of_spot
 from lfssao.core.vectors import Vector
 from lfssao.optics.kernels.projection import MATRIX
@@ -58,7 +58,7 @@ class Box(NamedTuple):
     j0: int
 
 
-@kernel(inline=True)
+@formula
 def turn_of(seen, j, i):
     """Cosine and sine of a texel."""
     if seen.turns.shape[1] == 0:
@@ -66,14 +66,14 @@ def turn_of(seen, j, i):
     return np.float64(seen.turns[0, j, i]), np.float64(seen.turns[1, j, i])
 
 
-@kernel(inline=True)
+@formula
 def depth_of(seen, j, i):
     """A texel's depth, and how far it is off; the depth may be -infinity."""
     depth = np.float64(seen.depth[j, i])
     return depth, seen.room * abs(depth) if seen.room > 0.0 else 0.0
 
 
-@kernel(inline=True)
+@formula
 def texel_point(seen, j, i, by):
     """World coordinates of a texel's surface, a vector of balls: given, or made as in Algorithm 1, line 3."""
     if seen.back.shape[0] == 0:
@@ -86,7 +86,7 @@ def texel_point(seen, j, i, by):
     return Vector(a / w, b / w, c / w)
 
 
-@kernel(inline=True)
+@formula
 def box_of(seen, image):
     """The texels that an image point may lie in."""
     height, width = seen.depth.shape
@@ -106,7 +106,7 @@ def box_of(seen, image):
     return Box(1.0 if must else 0.0, 0.0, must and count == 1, count, i1 - i0 + 1, i0, j0)
 
 
-@kernel(inline=True)
+@formula
 def texel_of(box, k):
     """Row and column of texel k of a box."""
     return box.j0 + k // box.span, box.i0 + k % box.span
@@ -150,7 +150,7 @@ def looked_up_texel(look, box, k, size):
     return look_up.texel_in(look, column, row, size)
 
 
-@kernel(inline=True)
+@formula
 def look(seen, place, by):
     """The image point of a place, the cast z that surfaces there are compared with, and the texels it may lie in."""
     image = widen(project(seen.kind, seen.numbers, place), by)

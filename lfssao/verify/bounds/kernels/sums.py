@@ -10,7 +10,7 @@ from lfssao.ao.kernels.float_view import shown
 from lfssao.ao.kernels.look_up import linear_of
 from lfssao.core.balls import SAFETY, UNKNOWN
 from lfssao.core.doubts import doubt_of
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.core.numbers import number, unless_none, where_none, within
 from lfssao.verify.bounds.kernels.ball_view import answering, cell_seen, image_at
 from lfssao.verify.bounds.kernels.images import Projected, widen
@@ -21,13 +21,13 @@ LIMITLESS = 1e300  # a term without an upper bound
 OPEN = 2.0**-10  # a term whose interval is wider than this part of it counts as undecided
 
 
-@kernel(inline=True)
+@formula
 def readings(view, box):
     """How many readings a look-up is bounded by: of each texel of a box, or the one of filtered textures."""
     return where_none(view.moments_of, box.texels, min(box.texels, 1))
 
 
-@kernel(inline=True)
+@formula
 def looked_up(view, box, image, k, size):
     """Return what formulas are given of texel or cell k of a box."""
     row, column = texel_of(box, k)
@@ -35,7 +35,7 @@ def looked_up(view, box, image, k, size):
     return unless_none(linear_of(view.look), texel, cell_seen, (view, image, column, row, size))
 
 
-@kernel(inline=True)
+@formula
 def reading(view, box, image, k, size):
     """Return what formulas are given of reading k: a texel, or the image point in the texture."""
     height, width = size

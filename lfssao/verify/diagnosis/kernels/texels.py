@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.kernels.look_up import Look, look_up, seen_at
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.core.numbers import as_float, number, plain, select
 from lfssao.core.places import Rows
 from lfssao.optics.kernels.projection import image_of
@@ -29,14 +29,14 @@ class Reading(NamedTuple):
     reach: Any
 
 
-@kernel(inline=True)
+@formula
 def _rounded(x, split):
     """A coordinate to fewer bits (Dekker 1971)."""
     large = split * x
     return large - (large - x) if split > 0 else x
 
 
-@kernel(inline=True)
+@formula
 def _stretched(place, base, reach):
     """A place so many times as far from the one of the texel's surface."""
     far, other = reach != 1, base + number(reach, place.u) * (place - base)
@@ -46,7 +46,7 @@ def _stretched(place, base, reach):
     )  # fmt: skip
 
 
-@kernel(inline=True)
+@formula
 def _image(view, place):
     """The image point of a place, NaN where it has none."""
     u, v, valid = image_of(view.kind, view.lens, place.u, place.v, place.q, place.z)
@@ -54,13 +54,13 @@ def _image(view, place):
     return plain(u) if valid else nothing, plain(v) if valid else nothing
 
 
-@kernel(inline=True)
+@formula
 def _looked_up(reading, u, v, size):
     """The texel that an image point is looked up in."""
     return look_up(reading.look, _rounded(u, reading.split), _rounded(v, reading.split), size)
 
 
-@kernel(inline=True)
+@formula
 def _between(reading, u, v, texel, size):
     """Return what formulas are given of an image point in a texel."""
     x, y = _rounded(u, reading.split), _rounded(v, reading.split)

@@ -9,10 +9,10 @@ G = B = 255 is kept for texels without a surface, so that the three bytes are al
 import numpy as np
 
 from lfssao.core.elementary import power
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 
 
-@kernel(inline=True)
+@formula
 def blend(a, b, z_a, z_b, edge):
     """(a + b) / 2 for both where the depths differ by less than ``edge``; no surface, +infinity, never does."""
     mean = (a + b) * type(a)(0.5)
@@ -65,7 +65,7 @@ def through_bytes(begin, stop, visibility, keys, values, depths):
             depths[j, i] = (dtype(high) + dtype(low) / steps) * dtype(1 / 256) if there else dtype(np.inf)
 
 
-@kernel(inline=True)
+@formula
 def tap_weight(gauss, key, centre, sharpness):
     """Gauss max(0, 1 - sharpness |key - centre|); 0 where one of the two has no surface (+infinity)."""
     zero = type(gauss)(0)

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from lfssao.ao.kernels.texel_rays import ray, ray_of, ray_point
-from lfssao.core.jit import kernel
-from lfssao.core.numbers import as_float, formula, number, plain, select, surely
+from lfssao.core.jit import formula, kernel
+from lfssao.core.numbers import as_float, number, plain, select, surely
 from lfssao.core.vectors import Vector, cross, dot, unit_vector
 
 

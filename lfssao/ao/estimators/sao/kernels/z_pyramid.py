@@ -11,18 +11,18 @@ It is one of distances from the viewer: z less ``origin``, 0 for a camera and th
 
 import numpy as np
 
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 
 ROTATED, ARITHMETIC, HARMONIC, MIN, MAX = 0, 1, 2, 3, 4
 
 
-@kernel(inline=True)
+@formula
 def arithmetic_mean(a, b, c, d):
     """(((a + b) + c) + d) / 4."""
     return (((a + b) + c) + d) * type(a)(0.25)
 
 
-@kernel(inline=True)
+@formula
 def harmonic_mean(a, b, c, d, origin):
     """4 / (((1/a + 1/b) + 1/c) + 1/d) of distances from ``origin``, taken back to z."""
     e, f, g, h = a - origin, b - origin, c - origin, d - origin
@@ -31,7 +31,7 @@ def harmonic_mean(a, b, c, d, origin):
     return mean if (e > zero) & (f > zero) & (g > zero) & (h > zero) else arithmetic_mean(a, b, c, d)
 
 
-@kernel(inline=True)
+@formula
 def filtered(how, odd_row, odd_column, a, b, c, d, origin):
     """One texel from the four texels 00, 10, 01, 11 of ``next_level``."""
     if how == ROTATED:

@@ -17,6 +17,7 @@ html_show_copyright = False
 
 extensions = ["sphinx.ext.autosummary", "sphinx.ext.mathjax", "numpydoc", "myst_nb", "sphinx_design"]
 exclude_patterns = ["_build"]
+templates_path = ["_templates"]
 
 # Texts of other folders are included, and their headings are linked to.
 myst_enable_extensions = ["colon_fence"]
@@ -52,7 +53,13 @@ html_sidebars = {
 }
 
 
+def skip_member(app, kind, name, member, skip, options):
+    """Skip a field of a named tuple: its class describes it."""
+    return skip or str(getattr(member, "__doc__", "")).startswith("Alias for field number")
+
+
 def setup(app):
     """Make pages of the registry, the commands and the notebooks first; lead links of included texts to their pages."""
     pages.write_all()
     app.connect("include-read", pages.lead_links)
+    app.connect("autodoc-skip-member", skip_member)

@@ -22,7 +22,7 @@ def changed_turns(buffers: Buffers, change: Callable[[Any], Any]) -> Any:
 
 
 def with_far_texels(buffers: Buffers, other: Texture) -> Texture:
-    """Depth of another view, far away at texels whose own surface is none there."""
+    """Depth of another view; texels without a surface are far away if the own depth shows one."""
     view = buffers.view
     farthest = np.finfo(other.dtype).max if view.screen_to_world is None or view.linear else 1.0
     return np.where(np.isinf(other) & np.isfinite(buffers.depth), other.dtype.type(farthest), other)
@@ -35,7 +35,7 @@ def view_axes(view: View) -> FloatArray:
 
 
 def unturned(buffers: Buffers) -> Any:
-    """Turns by an angle of 0: none, or the third numbers of noise alone."""
+    """Turns by an angle of 0: None, or noise with its third component alone."""
     turns = buffers.turns
     if turns is None or len(turns) == 2:
         return None
@@ -52,7 +52,7 @@ def remake_buffers(buffers: Buffers, makers: tuple[tuple[str, Callable[[Buffers]
 
 
 def with_view(buffers: Buffers, view: View) -> Buffers:
-    """The same textures of another view of their size; to check them once more would take longer than a trial."""
+    """The same textures of another view of their size, not checked again: that would take longer than a trial."""
     other = copy(buffers)
     other.__dict__.pop("directions", None)
     other.__dict__.update(view=view)
@@ -74,12 +74,12 @@ def padded_buffers(buffers: Buffers, guard: int, border: str) -> Buffers:
 
 
 def _widened_view(view: View, guard: int) -> View:
-    """A view with as many texels more on each side."""
+    """The view with ``guard`` more texels on each side."""
     return replace(shifted_view(view, guard), width=view.width + 2 * guard, height=view.height + 2 * guard)
 
 
 def physical_positions(buffers: Buffers) -> FloatArray:
-    """Positions in the space of rays, a display's physical space; infinite where there is no surface."""
+    """Positions in cast space, a display's physical space; infinite without a surface."""
     with np.errstate(all="ignore"):
         points = buffers.positions.reshape(-1, 3).astype(np.float64)
         physical = transform_points(buffers.view.cast_from_world, points)
@@ -87,7 +87,7 @@ def physical_positions(buffers: Buffers) -> FloatArray:
 
 
 def shifted_view(view: View, texels: float) -> View:
-    """A view whose image lies so many texels further right and down."""
+    """The view with its image shifted by ``texels`` to the right and down."""
     shifted = displaced(view, -texels, -texels)
     numbers = view.world_to_image.numbers.copy()
     inverse = view.screen_to_world
@@ -105,7 +105,7 @@ def shifted_view(view: View, texels: float) -> View:
 
 
 def face_normals(buffers: Buffers) -> NDArray[Any]:
-    """Unit normals of the differences of the next positions, towards the viewer; 0 where there is no surface."""
+    """Unit normals from differences of neighbouring positions, towards the viewer; 0 without a surface."""
     with np.errstate(all="ignore"):
         down, across = (np.gradient(buffers.positions.astype(np.float64), axis=axis) for axis in (0, 1))
         normal = np.cross(down, across)

@@ -1,7 +1,6 @@
-"""Changes of the reference, and the problems that they change: what a renderer may have done otherwise.
+"""Changes of the reference, and the problems that they change.
 
-A problem holds some texels of the renderer's texture and the interval that the reference, or a change of it, allows
-there.
+A problem holds some texels of the renderer's texture, and their interval according to the reference or a change of it.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -22,9 +21,9 @@ Values = tuple[float, ...]
 Function = Callable[[FloatArray], FloatArray]
 
 
-SUM_TOLERANCE = 2e-5  # by which another renderer's sums in float32 are off
+SUM_TOLERANCE = 2e-5  # largest difference of another renderer's sums in float32
 OUTSIDE = "samples outside the texture"  # begins the names of changes of the border
-# Rules by which a texel inside stands for one outside.
+# Border rules that replace a texel outside by one inside.
 INSIDE = {
     "clamp": look_up.CLAMP,
     "mirror": look_up.MIRROR,
@@ -34,46 +33,46 @@ INSIDE = {
 
 
 def apply_border(places: Places, size: int, border: str) -> Places:
-    """Columns or rows inside 0 to size - 1 for any, by a rule of ``INSIDE``; by any other rule those of 'clamp'."""
+    """Columns or rows inside 0 to size - 1, by a rule of ``INSIDE``; any other rule clamps."""
     rule = INSIDE.get(border, look_up.CLAMP)
-    # The rule of nearly all look-ups, by one function of NumPy in place of two.
+    # Nearly all look-ups clamp: one function of NumPy in place of two.
     return np.clip(places, 0, size - 1) if rule == look_up.CLAMP else np.asarray(hold_place(places, size, rule))
 
 
 def no_textures(layer: str) -> Mapping[str, NDArray[Any]]:
-    """Textures of a layer of other views where there are none."""
+    """No textures of a layer of other views."""
     return {}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Problem:
-    """K texels of a texture, and what the reference, or a change of it, allows them to be."""
+    """K texels of a texture, and their intervals according to the reference or a change of it."""
 
     mine: FloatArray  # (K,) or (K, C)
     columns: Places  # (K,)
     rows: Places
     interval_width: FloatArray  # width of the reference's interval, of the shape of ``mine``
-    excess: FloatArray  # how far each number is outside of what it was judged by
-    cost: int = 16  # work that a texel makes, such as its number of samples or taps
+    excess: FloatArray  # distance of each number from its interval or, without one, from the reference
+    cost: int = 16  # work for a texel, such as its number of samples or taps
     value: Function = np.asarray  # applied to the right values; monotone
-    store: Callable[[FloatArray, FloatArray], Any] | None = None  # makes an interval that of what is read, if stored
-    floored: Callable[[FloatArray, FloatArray], Any] | None = None  # the same of codes that are cut, not rounded
-    # ``flipped(across, down)``: the same numbers held against the texels from the right, or from below
+    store: Callable[[FloatArray, FloatArray], Any] | None = None  # the interval after storing, if it is stored
+    floored: Callable[[FloatArray, FloatArray], Any] | None = None  # the same with truncated codes
+    # ``flipped(across, down)``: the same numbers, compared with the texels from the right, or from below
     flipped: Callable[[bool, bool], Any] | None = None
     # Other views' values at the same texels, of the shape of ``mine``, by the view
     other_views: Callable[[], Mapping[str, FloatArray]] = dict
-    replacement: FloatArray | None = None  # values of the shape of ``mine`` that are right in place of those made
-    whole: ClassVar[bool] = False  # whether each trial makes a whole texture
-    counts: ClassVar[bool] = False  # whether values are counts, which have steps
+    replacement: FloatArray | None = None  # right values, of the shape of ``mine``, in place of ``ends``
+    whole: ClassVar[bool] = False  # whether each trial computes a whole texture
+    counts: ClassVar[bool] = False  # whether values are counts, so that costs have steps
     # Cached properties, and the fields that they do not depend on.
     independent_fields: ClassVar[Mapping[str, frozenset[str]]] = {}
 
     def changes(self) -> "list[Change]":
-        """All changes that are tried."""
+        """All changes to try."""
         raise NotImplementedError
 
     def solved(self, wrong: Flags) -> "Iterable[Change]":
-        """Changes that are made of the texture's numbers; wrong: which texels are, (K,)."""
+        """Changes that are solved for from the texture's numbers; ``wrong`` are flags, (K,)."""
         return ()
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
@@ -91,22 +90,22 @@ class Problem:
         return np.minimum(first, second), np.maximum(first, second)
 
     def seen_by(self, sight: Any) -> "Problem | None":
-        """The problem of a renderer that sees the scene otherwise; None if it does not depend on that."""
+        """The problem of a renderer with another sight; None if it does not depend on the sight."""
         return None
 
     def leaves_texture(self) -> Flags:
-        """Whether a sample of each texel may leave the texture, (K,)."""
+        """Flags of texels with a sample that may leave the texture, (K,)."""
         return np.zeros(len(self.columns), np.bool_)
 
     def changed(self, **fields: Any) -> Self:
-        """A copy with other fields, which keeps what does not depend on them."""
+        """A copy with other fields; it keeps cached properties that do not depend on them."""
         copy = object.__new__(type(self))
         outdated = [name for name, independent in self.independent_fields.items() if not independent.issuperset(fields)]
         copy.__dict__.update({name: value for name, value in self.__dict__.items() if name not in outdated} | fields)
         return copy
 
     def then(self, function: Function) -> Self:
-        """A copy with a function of its right values."""
+        """A copy whose right values are mapped by a function."""
         before = self.value
         return self.changed(value=lambda x: function(before(x)))
 
@@ -119,8 +118,8 @@ class Axis:
     most: float
     factor: bool = False  # whether the value is exp(step) and not the step itself
     signs: tuple[int, ...] = (1, -1)
-    number: int = 9  # of sizes that are tried first
-    more: tuple[float, ...] = ()  # sizes besides those
+    number: int = 9  # number of the first sizes
+    more: tuple[float, ...] = ()  # further sizes
     signed: bool = True  # whether a value that is no factor is printed as '+ 1' or '- 1'
 
     @property
@@ -143,7 +142,7 @@ class Axis:
         return float(np.log(value)) if self.factor else value
 
     def text(self, step: float) -> str:
-        """The value with so many digits that it reads as a change."""
+        """The value with enough digits to differ from no change."""
         digits = 2 - floor(log10(abs(step))) if step else 0
         if self.factor:
             return f"{exp(step):.{max(digits, 4)}f}"
@@ -157,12 +156,12 @@ class Change:
     """One way in which a renderer may differ from the reference."""
 
     kind: str  # its name, such as 'radius'
-    apply: Callable[[Any, Values], Any]  # the changed problem, of a problem and the values; None if there is none
-    words: str  # the change as a report says it, its values in braces
+    apply: Callable[[Any, Values], Any]  # returns the changed problem of a problem and values; None if there is none
+    words: str  # the change in a report, with braces for its values
     axes: tuple[Axis, ...] = ()  # of its values
-    shared: bool = False  # whether it is of the view: all stages and modules then have the same value
-    first: bool = False  # whether it comes before others, as it makes the problem anew
-    late: bool = False  # whether it is tried where no other explains the texture: of such there are many
+    shared: bool = False  # whether it changes the view, and so all stages and modules alike
+    first: bool = False  # whether it must precede others, as it creates a new problem
+    late: bool = False  # whether it is tried only if no other change explains the texture: such changes are many
     hint: str = ""  # an option that makes the texture right
 
     def values(self, steps: Values) -> Values:
@@ -185,7 +184,7 @@ def fixed(kind: str, **fields: Any) -> Change:
 
 
 def late(change: Change) -> Change:
-    """The change, tried where no other explains the texture."""
+    """The change, to be tried only if no other explains the texture."""
     return replace(change, late=True)
 
 
@@ -209,7 +208,7 @@ def shifts(apply: Callable[[Any, float, float], Any]) -> list[Change]:
     ]
 
 
-# Rows and columns in the other order, of a texture as a whole.
+# Rows and columns of a whole texture in reverse order.
 FLIPS = (
     plain("rows from below", lambda p: p.flipped(False, True), first=True),
     plain("columns from the right", lambda p: p.flipped(True, False), first=True),
@@ -218,7 +217,7 @@ FLIPS = (
 
 
 def cut(problem: Problem) -> list[Change]:
-    """The change of codes that are cut and not rounded, where the format has codes."""
+    """The change to truncated codes, if the format has codes."""
     if problem.floored is None:
         return []
     return [plain("codes cut, not rounded", lambda p: p.changed(store=p.floored))]
@@ -226,14 +225,14 @@ def cut(problem: Problem) -> list[Change]:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A change that was tried."""
+    """A change after its trial."""
 
     kind: str  # the change's name; of two, both, joined by ' and '
     values: Values  # in the order in which ``words`` has them
     words: str  # the change with its values
-    share: float  # of the surface's texels, 0 to 1, that lie in the changed reference's interval
+    share: float  # share of the surface's texels, 0 to 1, inside the interval of the changed reference
     decided: float  # share of the wrong texels that the change decides
-    explained: float  # share of the wrong texels that it decides and that lie in their intervals
+    explained: float  # share of the wrong texels that it decides, and that are inside
     shared: bool = False  # whether it is a number of the display or camera, one for all stages and modules
     hint: str = ""  # an option that makes the texture right
 

@@ -37,19 +37,19 @@ _INNER = 0.1  # least share of the wrong texels whose samples stay inside, to ex
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Changes of the reference that were tried on one texture."""
+    """The result of a search for a change of the reference that explains one texture."""
 
     fits: bool  # whether the first candidate explains it
-    # All that explain it, or at most two that come near, the best first
+    # All explanations, or at most two changes that come near, the best first
     candidates: tuple[Candidate, ...]
     equal: int  # number of the candidates that explain the texture equally well
-    without: float  # share of the surface texels, 0 to 1, that agree with the reference as it is
-    texels: int  # number of surface texels that the candidates' shares are of
-    wrong: int  # number of wrong surface texels that shares of wrong texels are of
+    without: float  # share of the surface texels, 0 to 1, that agree with the unchanged reference
+    texels: int  # number of surface texels, the denominator of the candidates' shares
+    wrong: int  # number of wrong surface texels, the denominator of shares of wrong texels
     nearest: float = 0.0  # share of the wrong texels that the nearest change explains, less those that it makes wrong
-    left_out: int = 0  # number of wrong texels of which a sample leaves the texture, if these were left out
-    subject: str = "the reference"  # whose settings were varied, such as an estimator
-    background: str = ""  # what stands where there is no surface, if that is wrong
+    left_out: int = 0  # number of wrong texels that were left out, as a sample leaves the texture
+    subject: str = "the reference"  # the owner of the varied settings, such as an estimator
+    background: str = ""  # a sentence on the background, if it is wrong
 
     def words(self, module: str) -> str:
         """The diagnosis of a module's texture in sentences."""
@@ -76,32 +76,32 @@ class Diagnosis:
 
 
 def _spread_evenly(places: Places, most: int) -> Places:
-    """At most so many of the places, spread evenly."""
+    """At most ``most`` of the places, spread evenly."""
     chosen = np.linspace(0, len(places) - 1, min(most, len(places))).astype(np.int64)
     return np.asarray(places[chosen])
 
 
 @dataclass(frozen=True, eq=False)
 class _Sampler:
-    """The wrong texels of a texture and others, of which samples are drawn."""
+    """Draws samples of the wrong texels of a texture and of its other texels."""
 
     texture: "WrongTexture"
     wrong: Places
     right: Places
-    cost: int  # work that a texel makes
+    cost: int  # work for a texel
 
     @property
     def has_few_wrong(self) -> bool:
-        """Whether so few are wrong that each of the others counts."""
+        """Whether so few texels are wrong that each of the others counts."""
         return len(self.wrong) < _FEW
 
     @property
     def most_polished(self) -> int:
-        """Number of changes whose values are made good: of few wrong texels that is soon done."""
+        """Number of changes to polish: few wrong texels allow more."""
         return _MOST_CANDIDATES if self.has_few_wrong else 2
 
     def _sample(self, wrong: Places, right: Places) -> Sample:
-        """A sample of such texels, each with the weight of those that it stands for."""
+        """A sample of these texels, each with the weight of the texels that it represents."""
         places = np.concatenate([wrong, right])
         weights = []
         for drawn, represented in ((wrong, self.wrong), (right, self.right)):
@@ -113,22 +113,22 @@ class _Sampler:
         return Sample(problem, flags, np.concatenate(weights), len(self.wrong), places)
 
     def even_sample(self, most: int) -> Sample:
-        """A sample of texels, up to half of them wrong ones."""
+        """A sample of texels, at most half of them wrong."""
         wrong = _spread_evenly(self.wrong, most // 2)
         return self._sample(wrong, _spread_evenly(self.right, most - len(wrong)))
 
     def counted_sample(self) -> Sample:
-        """The texels that shares are counted over."""
+        """The sample over which shares are counted."""
         sample = self.even_sample(max((_ALL if self.has_few_wrong else _MOST) // self.cost, _FEWEST))
         return replace(sample, problem=sample.problem.changed(model=self.texture.model))
 
     def polishing_sample(self, counted: Sample) -> Sample:
-        """Texels on which values of counts are made good: these have steps, and few texels leave them open."""
+        """The sample on which values of counts are polished: counts have steps, and few texels leave values open."""
         sample = counted if self.has_few_wrong else self.even_sample(max(_POLISHED // self.cost, _FEWEST))
         return replace(sample, problem=sample.problem.changed(model=None), undecided=0.0)
 
     def polish(self, trial: Trial, sample: Sample) -> Trial:
-        """A trial on a sample with values made good: of few wrong texels on those that turn at values near them."""
+        """The trial with polished values; few wrong texels are polished with all texels that nearby values change."""
         nearby = sample
         if self.has_few_wrong:
             wide_steps = tuple(_WIDER * step for step in trial.steps)
@@ -146,13 +146,13 @@ class _Sampler:
 
 @dataclass(frozen=True, eq=False)
 class WrongTexture(Texture):
-    """A wrong texture of a view, whose cause is searched."""
+    """A wrong texture of a view, and the search for its cause."""
 
-    background: Candidate | None = None  # what stood where there is no surface, if that was wrong
+    background: Candidate | None = None  # the background, if it was wrong
 
     @property
     def _wrong(self) -> Flags:
-        """Texels that are wrong; of occlusion without a known interval those that are off by more than rounding."""
+        """Flags of wrong texels; occlusion without a known interval is wrong if it differs by more than rounding."""
         wrong = texels(self.judged.outside)
         if self.judged.verdict is Verdict.DIFFERENT and self.name in self.layers:
             wrong = wrong & ~(np.abs(self.mine - self.case.outputs[self.name]) <= TOLERANCE)
@@ -160,9 +160,9 @@ class WrongTexture(Texture):
 
     @np.errstate(all="ignore")  # a broken texture may hold any numbers
     def diagnose(self, known: Sequence[Candidate] = (), search: bool = True) -> Diagnosis | None:
-        """The change that explains the texture; None if none can be known.
+        """Find the change that explains the texture; None if its problem is not known.
 
-        Known candidates, of other textures, are tried first; without ``search`` nothing else is.
+        Candidates of other textures, ``known``, are tried first, and alone without ``search``.
         """
         depth = self.inputs.get("depth")
         wrong = self._wrong
@@ -194,7 +194,7 @@ class WrongTexture(Texture):
     def _diagnose_surface(
         self, wrong: Places, right: Places, known: Sequence[Candidate], search: bool
     ) -> Diagnosis | None:
-        """The diagnosis of the wrong texels that see a surface, and of others."""
+        """The diagnosis of the wrong texels that show a surface, among others."""
         problem = self.problem(wrong[:1]) if len(wrong) else None
         if problem is None:
             return None
@@ -208,7 +208,7 @@ class WrongTexture(Texture):
         inner_right = right[~self._leaves_texture(right)]
         if len(inner_wrong) < max(FEWEST, _INNER * len(wrong)) or len(inner_wrong) == len(wrong):
             return self._diagnose_texels(wrong, right, cost, known, search)
-        # Samples that leave the texture may be a fault of their own: the others are explained before them.
+        # Samples that leave the texture may have another fault: texels without such samples are explained first.
         diagnosis = self._diagnose_texels(inner_wrong, inner_right, cost, known, search)
         if diagnosis is None or not diagnosis.fits:
             return diagnosis and replace(diagnosis, left_out=len(wrong) - len(inner_wrong))
@@ -216,7 +216,7 @@ class WrongTexture(Texture):
         return replace(diagnosis, left_out=len(wrong) - len(inner_wrong)) if whole is None else whole
 
     def _leaves_texture(self, places: Places) -> Flags:
-        """Whether a sample of a texel may leave the texture."""
+        """Flags of texels with a sample that may leave the texture."""
         problem = self.problem(places)
         assert problem is not None
         return problem.leaves_texture()
@@ -224,12 +224,12 @@ class WrongTexture(Texture):
     def _diagnose_texels(
         self, wrong: Places, right: Places, cost: int, known: Sequence[Candidate], search: bool, borders: bool = False
     ) -> Diagnosis | None:
-        """The diagnosis of wrong texels among others; ``borders``: known changes with a fault of the border as well."""
+        """The diagnosis of wrong texels among others; with ``borders``, known changes are joined with border rules."""
         sampler = _Sampler(self, wrong, right, cost)
         counted = sampler.counted_sample()
         small = sampler.even_sample(_TRIED)
         large = sampler.even_sample(_SEARCHED)
-        # A run makes a whole texture however few texels are asked for; by few of hbao's another radius is overlooked.
+        # A run computes a whole texture for any number of texels; with few texels of hbao another radius is overlooked.
         tiny = small if isinstance(small.problem, Estimated) else sampler.even_sample(_SCREENED)
         changes = small.problem.changes()
         by_kind = {change.kind: change for change in changes}
@@ -257,14 +257,14 @@ class WrongTexture(Texture):
         return Diagnosis(False, nearest, 0, *statistics, max(gains, default=0.0), subject=subject)
 
     def _searched(self, search: Search, sampler: "_Sampler", counted: Sample) -> Sequence[Trial]:
-        """The changes that a search finds, the best first, with values made good on more texels; pairs if none fits."""
-        # Costs of shares of samples have steps; those of other occlusion have some where few texels tell a value.
+        """The changes that a search finds, the best first, with polished values; pairs of changes if none fits."""
+        # Costs of counts have steps, and so have costs of other occlusion if few texels decide a value.
         stepped = not counted.problem.whole and (sampler.has_few_wrong or counted.problem.counts)
         has_steps = self.name in self.layers and stepped
         larger = sampler.polishing_sample(counted) if has_steps else counted
 
         def polished(trials: Sequence[Trial]) -> Sequence[Trial]:
-            """The same with the values of the likely ones made good."""
+            """The trials with polished values of the likely ones."""
             likely = [t for t in trials if search.large.fits(t) or t.explained > _LIKELY or not has_steps]
             better = [larger.trial(trial.change, trial.steps) for trial in likely[:_MOST_CANDIDATES]]
             if has_steps:
@@ -281,13 +281,13 @@ class WrongTexture(Texture):
         return trials if pair is None else [*polished([pair]), *trials]
 
     def _retry(self, known: Candidate, changes: Mapping[str, Change], large: Sample, counted: Sample) -> Trial | None:
-        """A change of another texture, with its values or others near them, if it explains this one."""
+        """A change of another texture, with the same or similar values, if it explains this texture."""
         change = changes.get(known.kind)
         if change is None or len(change.axes) != len(known.values):
             return None
         steps = tuple(axis.step(value) for axis, value in zip(change.axes, known.values, strict=True))
         trial = counted.trial(change, steps)
-        if known.shared:  # it was not made for this texture: less of it need be decided
+        if known.shared:  # its values are those of another texture, so it may decide less of this one
             return trial if counted.fits(trial, _DECIDED_AGAIN) else None
         if counted.fits(trial) or not steps:
             return trial if counted.fits(trial) else None
@@ -295,7 +295,7 @@ class WrongTexture(Texture):
         return trial if counted.fits(trial) else None
 
     def _with_border(self, known: Candidate, changes: Mapping[str, Change], counted: Sample) -> Trial | None:
-        """A change together with another rule for samples outside the texture, if both explain it."""
+        """A change joined with another rule for samples outside the texture, if both explain it."""
         first = changes.get(known.kind)
         if first is None:
             return None
@@ -305,7 +305,7 @@ class WrongTexture(Texture):
         return next((trial for trial in pairs if counted.fits(trial)), None)
 
     def _candidate(self, trial: Trial) -> Candidate:
-        """The candidate of a trial on the counted texels."""
+        """The candidate of a trial on the counted sample."""
         change = trial.change
         hint = trial.change.hint.replace("{layer}=", "{own}=")
         hint_text = hint.format(own=self.channel or self.name, layer=self.name)

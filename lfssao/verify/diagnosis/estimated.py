@@ -1,4 +1,4 @@
-"""Changes of any estimator's occlusion, found by running it: with other options, turns, samples, normals or textures.
+"""Run any estimator with other options, turns, samples, normals or textures, to find a change that explains occlusion.
 
 The reference's kernels compute each changed texture as a whole, in some hundred runs; the estimator only has to be
 registered. A changed texel agrees if it differs from the kernels' value by at most a quarter of the reference's
@@ -60,13 +60,13 @@ from lfssao.verify.diagnosis.spiral import tap_changes
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 
-TOLERANCE = SUM_TOLERANCE  # of a small error beyond the interval a quarter of it
-_OPTION = replace(FACTOR, most=3.5)  # lengths in texels or of another unit are farther off than radii
-_SAME_AXES = 1e-6  # difference of axes of views that are parallel
+TOLERANCE = SUM_TOLERANCE  # if an error outside the interval is smaller, a quarter of it
+_OPTION = replace(FACTOR, most=3.5)  # lengths in texels or in another unit may be farther off than radii
+_SAME_AXES = 1e-6  # largest difference of the axes of parallel views
 _MOST_COUNT = 40  # of taps, turns and other whole numbers
 REMAPPED = "2 max(0, ao - 1/2) in place of ao"
 OCCLUDES = "background counted as occluder"
-# Names of options with another value, where they have one of their own.
+# Texts of options with another value that have a name of their own.
 _WORDS = {
     ("remap", True): REMAPPED,
     ("remap", False): "flat surfaces hide themselves, ao in place of 2 max(0, ao - 1/2)",
@@ -80,7 +80,7 @@ _WORDS = {
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Estimated(Problem):
-    """K texels of an estimator's occlusion of somebody's textures; places include a guard band."""
+    """K texels of an estimator's occlusion; rows and columns include a guard band."""
 
     estimator: Estimator
     buffers: Buffers
@@ -94,20 +94,20 @@ class Estimated(Problem):
     sampling: Mapping[str, Any]  # method and seed of the points; empty where they are not known
     rotation: str  # the reference's, and its seed
     seed: int
-    has_interval: bool  # whether the reference's interval is known: if not, any rounding is off
-    # Textures of a layer of other modules, by the module, and the place of this one in one texture of all
+    has_interval: bool  # whether the reference's interval is known; without one, rounding counts as an error
+    # Textures of a layer of other modules, by the module, and this module's place in one texture of all modules
     textures: Callable[[str], Mapping[str, NDArray[Any]]] = field(default_factory=lambda: no_textures)
     places: Mapping[str, tuple[int, int]] = field(default_factory=dict)
-    neighbour_names: tuple[str, ...] = ()  # names of the modules that ``buffers.neighbours`` are of
-    border: str | None = None  # a rule of ``INSIDE`` by which texels inside stand for those beyond the border
-    model: ErrorModel | None = None  # of the bounds, where they are asked for
-    # ``remake(buffers, makers)``: textures of others by functions of them, by name; the last ones are kept
+    neighbour_names: tuple[str, ...] = ()  # names of the modules of ``buffers.neighbours``
+    border: str | None = None  # a rule of ``INSIDE`` for texels beyond the border
+    model: ErrorModel | None = None  # of the bounds, if they are used
+    # ``remake(buffers, makers)``: buffers with textures by functions of the buffers; the last results are cached
     remake: Callable[..., Buffers] = field(default_factory=lambda: lru_cache(maxsize=2)(remake_buffers))
 
     whole: ClassVar[bool] = True
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
-        """The estimator's occlusion, with room for rounding."""
+        """The estimator's occlusion with a margin for rounding."""
         values = self.values()
         is_small = (self.excess > 0) & self.has_interval
         margin = self.interval_width / 4 + np.where(is_small, np.minimum(TOLERANCE, self.excess / 4), TOLERANCE)
@@ -122,7 +122,7 @@ class Estimated(Problem):
         )
 
     def values(self) -> FloatArray:
-        """The estimator's occlusion of the texels, (K,), from that of a whole texture."""
+        """The estimator's occlusion of the texels, (K,), from a whole texture."""
         buffers, texels = self._padded_textures()
         occlusion = estimate(self.estimator, buffers, self.radius, self.points, self.weights, **self.options)
         return occlusion.texture[texels].astype(np.float64)
@@ -137,20 +137,20 @@ class Estimated(Problem):
         return bounds and Bounds(bounds.lower[texels], bounds.upper[texels])
 
     def _padded_textures(self) -> tuple[Buffers, tuple[Places, Places]]:
-        """Textures with what the border's rule puts beyond it, and the rows and columns of the texels there."""
+        """The textures, padded by the border's rule, and the rows and columns of the texels in them."""
         guard = 0 if self.border is None else self._guard
         buffers = self.buffers if self.border is None else padded_buffers(self.buffers, guard, self.border)
         return buffers, (self.rows + guard, self.columns + guard)
 
     @property
     def _guard(self) -> int:
-        """Texels beyond the border that samples reach, at most as many as the texture has."""
+        """Width of the band beyond the border that samples reach, texels, at most the texture's size."""
         reach = self._ball_extent()[:, :2]
         finite = reach[np.isfinite(reach)]
         return int(np.clip(np.ceil(finite.max(initial=0.0)) + 2, 2, max(self.buffers.depth.shape)))
 
     def _ball_extent(self) -> FloatArray:
-        """How far each texel's ball reaches from it along u and v, texels, and by root 2 further in image z, (K, 3)."""
+        """Extent of each texel's ball along u and v, texels, and sqrt(2) times the extent in image z, (K, 3)."""
         positions = self.buffers.positions[self.rows, self.columns].astype(np.float64)
         steps = self.radius * np.concatenate([np.eye(3), -np.eye(3)])
         differences = (
@@ -160,7 +160,7 @@ class Estimated(Problem):
         return np.asarray(np.sqrt((differences**2).sum(axis=1)))
 
     def leaves_texture(self) -> Flags:
-        """Whether a texel's ball reaches beyond the texture."""
+        """Flags of texels whose ball reaches beyond the texture."""
         extent = self._ball_extent() + 1
         height, width = self.buffers.depth.shape
         u = self.columns + 0.5
@@ -171,16 +171,16 @@ class Estimated(Problem):
         return np.asarray(~is_inside)
 
     def seen_by(self, sight: Sight) -> "Estimated | None":
-        """Occlusion by another sight."""
+        """Occlusion with another sight."""
         if sight.pinhole:
             return None
-        if sight.middle != self.sight.middle:  # positions are given: a sample's texel is the one around its middle
+        if sight.middle != self.sight.middle:  # positions are inputs: only the texels of samples change
             view = shifted_view(self.buffers.view, self.sight.middle - sight.middle)
             return self.changed(buffers=with_view(self.buffers, view))
         return self.changed(sight=sight, buffers=with_view(self.buffers, sight.view))
 
     def changes(self) -> list[Change]:
-        """All changes that are tried, those without values first."""
+        """All changes to try, changes without values first."""
         changes = [*texture_changes(self), *self._option_changes(), *view_changes(self.sight, self.centre, self.others)]
         changes += border_changes("border" in self.options)
         changes += [*self._neighbour_changes(), *self._other_view_changes(), *tap_changes(self)]
@@ -198,11 +198,11 @@ class Estimated(Problem):
         return [*changes, scaled("radius", lambda p, f: p.changed(radius=p.radius * f))]
 
     def _option_changes(self) -> Iterator[Change]:
-        """Each option with its other choices and nearby whole numbers, forgotten, and by a factor."""
+        """Yield each option with other choices, nearby integers, 0, and times a factor."""
         limits = {**dict.fromkeys(self.options, (-np.inf, np.inf)), **self.estimator.said("limits")}
         choices = self.estimator.said("choices")
         for name, value in self.options.items():
-            if name == "cleared":  # textures are made with it
+            if name == "cleared":  # the textures already include it
                 continue
             alternatives: list[Value] = [
                 alternative for alternative in choices.get(name, ()) if alternative != "cleared"
@@ -234,14 +234,14 @@ class Estimated(Problem):
                 yield scaled(name, partial(_with_option, name), Axis(1e-6 * most, most, signs=(1,), number=25), words)
 
     def _neighbour_changes(self) -> Iterator[Change]:
-        """Modules that are not asked, one or all."""
+        """Yield the removal of one neighbour or of all."""
         for k, name in enumerate(self.neighbour_names if len(self.neighbour_names) > 1 else ()):
             yield plain(f"{name} is not asked", partial(_without_neighbours_in, removed=slice(k, k + 1)))
         if self.neighbour_names:
             yield plain("no other module is asked", partial(_without_neighbours_in, removed=slice(None)))
 
     def _other_view_changes(self) -> Iterator[Change]:
-        """Textures of other views."""
+        """Yield changes to textures and axes of other views."""
         for view, depth in self.textures("depth").items():
             yield with_buffers(f"the depth of {view}", depth=partial(with_far_texels, other=depth))
         reads_normals = self.buffers.normals is not None and self.estimator.reads_normals(self.options)
@@ -255,7 +255,7 @@ class Estimated(Problem):
                 yield _turned_normals(f"normals in its own view space taken for that of {view}", matrix.T)
 
     def _normal_changes(self) -> Iterator[Change]:
-        """Normals of another sign, space, precision or source."""
+        """Yield normals of another sign, space, precision or source."""
         yield with_buffers("normals with the other sign", normals=lambda b: -np.asarray(b.normals))
         yield with_buffers("normals made from positions", normals=cache(face_normals))
         yield with_buffers("normals of half precision", normals=lambda b: half(np.asarray(b.normals)))
@@ -268,7 +268,7 @@ class Estimated(Problem):
             yield _turned_normals(f"normals of {space} taken for world space", frame.T)
 
     def _turn_changes(self) -> Iterator[Change]:
-        """Samples that turn from texel to texel otherwise, or not."""
+        """Yield samples with other turns, or without."""
         turns = self.buffers.turns
         shape = self.buffers.depth.shape
         if turns is not None:
@@ -287,12 +287,12 @@ class Estimated(Problem):
 
 
 def _turned_normals(kind: str, matrix: FloatArray) -> Change:
-    """The change of normals by a matrix, of normals as rows."""
+    """The change of normals, as rows, by a matrix."""
     return with_buffers(kind, normals=lambda b: np.asarray(b.normals, np.float64) @ matrix)
 
 
 def with_buffers(kind: str, **makers: Callable[[Buffers], Any]) -> Change:
-    """A change that gives the problem other textures, made of its own when it is tried."""
+    """A change of the problem's textures by functions of its buffers, called at the trial."""
     return plain(kind, lambda p: p.changed(buffers=p.remake(p.buffers, tuple(makers.items()))))
 
 
@@ -307,7 +307,7 @@ def _with_option(name: str, problem: Estimated, value: Value) -> Estimated:
 
 
 def _option_text(name: str, other: Value, value: Value) -> str:
-    """Words for an option's other value in place of its own."""
+    """Text of an option's other value in place of its own."""
     if isinstance(value, float) and other == -value:
         return f"{name} with the other sign"
     return _WORDS.get((name, other), f"{name} {_formatted(other)} in place of {_formatted(value)}")

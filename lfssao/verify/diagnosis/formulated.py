@@ -1,8 +1,7 @@
 """Changes of the occlusion of an estimator that is written as formulas (``lfssao.ao.formulas``).
 
-Its formulas run at the texels that are asked for, with a look-up that may be changed: by a matrix, by a rule for the
-border or for background, with samples that are left out or count twice, by ties, or with other depths. Else all is as
-of ``Estimated``.
+Its formulas run at some texels, with changed look-ups: another matrix, another rule for the border or the background,
+samples that are dropped or count twice, other answers to ties, or other depths. Otherwise ``Estimated`` applies.
 """
 
 from collections.abc import Iterator, Mapping
@@ -31,7 +30,7 @@ from lfssao.verify.diagnosis.signs import other_signs
 from lfssao.verify.diagnosis.views import Sight
 from lfssao.verify.verdict import Flags
 
-_MOST_SAMPLES = 256  # samples, and steps, each of which is left out in turn
+_MOST_SAMPLES = 256  # largest number of samples, or steps, that are dropped in turn
 # Extra texels after those of the view, whose surfaces may replace the background: nearest, or cleared to 0; or none.
 NEAREST = 0
 _CLEARED = 1
@@ -41,47 +40,47 @@ _LEAST_REACH = 0.5  # texels
 _MOST_REACH = 500.0
 _HALF = 2**13 + 1  # splits a float32 into half precision and the rest
 
-# Fields on which the view and its textures do not depend.
+# Fields that do not change the view and its textures.
 _LATE = frozenset({
     "value", "store", "mine", "columns", "rows", "interval_width", "excess", "model", "radius", "points", "weights",
     "options", "image", "reach", "border", "background", "reweighted", "weight_factor", "linear", "factor", "split",
     "sample_factors",
 })  # fmt: skip
-# Fields beside these on which the words of the formulas do not depend.
+# Further fields that do not change the names in the formulas.
 _EARLY = {"ties", "buffers", "sight", "surface_points", "depth_scale", "depth_bias", "sign"}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Formulated(Estimated):
-    """K texels of the occlusion of an estimator that is written as formulas; places include a guard band."""
+    """K texels of the occlusion of an estimator with formulas; rows and columns include a guard band."""
 
     image: FloatArray = field(default_factory=lambda: np.eye(3))  # applied to (u, v, 1)
-    look_ups: Options = field(default_factory=Options)  # the reference's, which the view is made with
-    linear: bool = False  # whether textures are read between texels in any case
-    background: int | None = None  # the texel whose surface stands where there is none, or ``_NONE``
+    look_ups: Options = field(default_factory=Options)  # the reference's, which determine the view
+    linear: bool = False  # whether all look-ups use a linear filter
+    background: int | None = None  # the extra texel whose surface replaces the background, or ``_NONE``
     reweighted: tuple[Any, Any] = (slice(0), slice(0))  # indices of samples or directions, and of steps
     weight_factor: float = 1.0  # of the reweighted samples and steps
     factor: float = 1.0  # of the sum
-    ties: int = 0  # ulps by which surfaces lie further away: -1 or 1 turns a tie
-    depth_scale: float = 1.0  # of the surfaces' depths that are compared
-    depth_bias: float = 0.0  # likewise
+    ties: int = 0  # ulps added to the surfaces' depths: -1 or 1 decides ties
+    depth_scale: float = 1.0  # factor on the surfaces' depths in comparisons
+    depth_bias: float = 0.0  # added to the surfaces' depths in comparisons
     sign: int = 1  # of surfaces' and of samples' depths
-    split: int = 0  # by which u and v are rounded (``Reading``)
+    split: int = 0  # constant that rounds u and v to half precision (``Reading``)
     sample_factors: FloatArray = field(default_factory=lambda: np.ones(1))  # of coordinates, (n, 3) or (1,)
     reach: FloatArray = field(default_factory=lambda: np.ones(1))  # (K,) or (1,), of the distances of texels' samples
     surface_points: FloatArray | None = None  # (K, 3), in place of the points of the buffers
-    # Textures with two texels behind their own, by the identity of those that they are made of
+    # Textures with two extra texels at their end, by the identity of the original textures
     padded_textures: Mapping[int, Texture] = field(default_factory=dict)
 
     whole: ClassVar[bool] = False
-    # Words for the sum of the terms; where some are left out, for the rest divided as before, and divided anew
+    # Texts for the sum of the terms, and for a sum without some of them: divided as before, and divided anew
     total: ClassVar[str] = "sum"
     as_before: ClassVar[str] = ""
     anew: ClassVar[str] = ", mean of those that count"
     independent_fields: ClassVar = {"_view": _LATE, "_words": _LATE | _EARLY}
 
     def _numbers(self, radius: float) -> Any:
-        """The formulas' numbers at a radius."""
+        """The formulas at a radius, with their numbers."""
         samples = self.points, self.weights
         if self.points is None:
             samples = self.estimator.default_samples()
@@ -94,7 +93,7 @@ class Formulated(Estimated):
 
     @cached_property
     def samples(self) -> int:
-        """Number of look-ups that a texel makes."""
+        """Number of look-ups of a texel."""
         numbers = self._numbers(self.radius)
         return len(numbers.points) * getattr(numbers, "steps", 1)
 
@@ -105,22 +104,22 @@ class Formulated(Estimated):
 
     @property
     def table(self) -> FloatArray:
-        """The samples as the estimator takes them."""
+        """The samples in the formulas."""
         return np.asarray(self._numbers(self.radius).points)
 
     @cached_property
     def _words(self) -> set[str]:
-        """Words by which the formulas read a view."""
+        """Names of a view that the formulas read."""
         return words_of(self._numbers(self.radius))
 
     @property
     def _texels(self) -> Places:
-        """Numbers of the texels, row by row."""
+        """Indices of the texels, row by row."""
         return np.asarray(self.rows * self.buffers.depth.shape[1] + self.columns)
 
     @cached_property
     def _view(self) -> FloatView:
-        """The view as formulas read it, with two texels behind its own."""
+        """The view as formulas read it, with two extra texels at its end."""
         floats = float_view(self.buffers, self._words, self.look_ups)
         buffers = self.buffers
         dtype = floats.depth.dtype.type
@@ -135,7 +134,7 @@ class Formulated(Estimated):
         depth = self._padded_texture(buffers.depth)
         positions = self._padded_texture(buffers.positions)
         normals = self._padded_texture(normals)
-        if floats.look is not None:  # the textures are not as they are
+        if floats.look is not None:  # the view has other textures than the buffers
             depth = with_extra_texels(floats.depth)
             positions = with_extra_texels(floats.positions, 3)
             normals = with_extra_texels(floats.normals, 3)
@@ -143,19 +142,19 @@ class Formulated(Estimated):
             not self.ties and self.sign * self.depth_scale > 0 and not (floats.look and floats.look.cleared)
         )
         if surfaces is not None and can_mark_surfaces:
-            depth = surfaces  # they say as well which texels have one: a look-up reads one texture less
+            depth = surfaces  # infinite without a surface, so look-ups need one texture only
         if self.surface_points is not None:
             positions = np.zeros_like(positions)
             positions.reshape(-1, 3)[self._texels] = self.surface_points
         return floats._replace(depth=depth, surfaces=surfaces, positions=positions, normals=normals)
 
     def _padded_texture(self, texture: Texture) -> Texture:
-        """A texture row by row with two texels behind its own."""
+        """A texture, row by row, with two extra texels at its end."""
         padded = self.padded_textures.get(id(texture))
         return with_extra_texels(texture, texture.size // self.buffers.depth.size) if padded is None else padded
 
     def seen_by(self, sight: Sight) -> Estimated | None:
-        """Occlusion by another sight."""
+        """Occlusion with another sight."""
         if not sight.pinhole or "image_z" not in self._words:
             return super().seen_by(sight)
         view = replace(sight.view, world_to_image=sight.mapping)
@@ -163,7 +162,7 @@ class Formulated(Estimated):
         return self.changed(sight=sight, buffers=replace(self.buffers, view=view, depth=depth))
 
     def _reading(self) -> Reading:
-        """How textures are read."""
+        """The arguments of look-ups."""
         dtype = self.buffers.depth.dtype
         count = self._view.depth.size - 2
         look = look_of(self.estimator.options(**self.options), self.buffers.depth.size) or Look()
@@ -205,7 +204,7 @@ class Formulated(Estimated):
         return np.asarray(occlusion[0], np.float64)
 
     def _bounds(self) -> Bounds | None:
-        """Bounds of the estimator; None where a look-up is changed, of which none are known."""
+        """Bounds of the estimator; None if a look-up is changed."""
         look_up = self.border, self.linear, self.background, self.ties, self.split, self.sign
         changed = self.surface_points is not None or (self.sample_factors != 1).any() or (self.image != np.eye(3)).any()
         changed |= bool((self.reach != 1).any())
@@ -215,12 +214,12 @@ class Formulated(Estimated):
         return super()._bounds() if numbers == (1, 1, 1, 0) else None
 
     def changes(self) -> list[Change]:
-        """All changes that are tried, those without values first."""
+        """All changes to try, changes without values first."""
         changes = [*super().changes(), *look_ups.place_changes(*self.buffers.depth.shape), *self._sample_changes()]
         if cleared_z(self.look_ups) is not None:
             changes.append(fixed("background adds nothing", background=_NONE))
         changes.append(fixed("background as if cleared to 0", background=_CLEARED))
-        if self.options.get("filter") == "nearest":  # late, as it is compiled anew
+        if self.options.get("filter") == "nearest":  # late, as it compiles another kernel
             change = late(fixed("textures read between texels, by a linear filter", linear=True))
             changes.append(replace(change, hint="--parameter filter=linear"))
         changes += [*look_ups.shift_changes(), fixed("u and v of half precision", split=_HALF)]
@@ -228,7 +227,7 @@ class Formulated(Estimated):
         return [*changes, *self._depth_changes()] if self._words & {"surface", "image_z"} else changes
 
     def _factor_changes(self) -> Iterator[Change]:
-        """Factors of samples and of the sum, where a radius or a strength does not do the same."""
+        """Yield factors of samples and of the sum, unless a radius or a strength has the same effect."""
 
         def differ(one: Estimated, values: FloatArray) -> bool:
             return bool(np.mean(np.abs(one.values() - values) > TOLERANCE) > _LEAST_DIFFERING)
@@ -239,7 +238,7 @@ class Formulated(Estimated):
             yield scaled(self.total, lambda p, f: p.changed(factor=p.factor * f))
 
     def _reach_changes(self) -> Iterator[Change]:
-        """A radius that is as many texels wherever the surface is, where a camera's distance changes that."""
+        """Yield a radius of constant size in texels, for cameras whose distance changes that size."""
         if self._texels_of_radius() is None or not {"at", "position"} <= self._words or "image_place" in self._words:
             return
         axis = Axis(_LEAST_REACH, _MOST_REACH, signs=(1,), number=25, signed=False)
@@ -247,7 +246,7 @@ class Formulated(Estimated):
         yield scaled("radius in texels", lambda p, r: p.changed(reach=r / p._texels_of_radius()), axis, words)
 
     def _texels_of_radius(self) -> FloatArray | None:
-        """How many texels the radius has across the view at each texel's surface, (K,); None but of perspectives."""
+        """The radius in texels across the view at each texel's surface, (K,); None for all but perspective cameras."""
         view = self.buffers.view
         depth = self.buffers.depth[self.rows, self.columns].astype(np.float64)
         if view.screen_to_world is None or view.lens[6] or not self.radius:
@@ -255,11 +254,11 @@ class Formulated(Estimated):
         return np.asarray(self.radius * view.lens[0] / view.cast_z(depth))
 
     def solved(self, wrong: Flags) -> Iterator[Change]:
-        """Changes of samples that the texture's numbers are solved for."""
+        """Changes of samples that are solved for from the texture's numbers."""
         return other_signs(self, wrong)
 
     def _depth_changes(self) -> Iterator[Change]:
-        """Changes of the depths that are compared."""
+        """Yield changes of the compared depths."""
         yield from self._tie_changes()
         yield look_ups.occluding_border()
         if "occludes" not in self.estimator.said("choices").get("background", ()):
@@ -276,12 +275,12 @@ class Formulated(Estimated):
         yield scaled("depth scale", lambda p, s: p.changed(depth_scale=p.depth_scale * s), scale)
 
     def _tie_changes(self) -> Iterator[Change]:
-        """Other answers where a surface is as deep as a sample."""
+        """Yield other answers to ties, where a surface is as deep as a sample."""
         yield fixed("a surface as deep as a sample hides it", ties=-1)
         yield fixed("a surface as deep as a sample does not hide it", ties=1)
 
     def _depth_reach(self) -> float:
-        """How far a texel's ball usually reaches in the depths that are compared; 1 where that is not known."""
+        """Median extent of a texel's ball in the compared depths; 1 if it is not known."""
         reach = self._ball_extent()[:, 2] / np.sqrt(2)
         if "image_z" not in self._words:
             reach = np.array([self.radius * np.linalg.norm(self.sight.view.cast_from_world[2, :3])])
@@ -289,7 +288,7 @@ class Formulated(Estimated):
         return (float(np.median(finite)) if finite.size else 0.0) or 1.0
 
     def _sample_changes(self) -> Iterator[Change]:
-        """Samples, directions or steps that are missing or count twice, and another number of them."""
+        """Yield samples, directions or steps that are dropped or count twice, and other divisors of the sum."""
         numbers = self._numbers(self.radius)
         count = len(numbers.points)
         steps = getattr(numbers, "steps", 0)
@@ -317,10 +316,10 @@ class Formulated(Estimated):
 
 
 def _stretched(problem: Formulated, factor: float) -> Formulated:
-    """The problem with samples as much longer."""
+    """The problem with samples scaled by a factor."""
     return problem.changed(sample_factors=problem.sample_factors * factor)
 
 
 def with_extra_texels(texture: Texture, channels: int = 1) -> Texture:
-    """A texture row by row with two texels behind its own, 0 all."""
+    """A texture, row by row, with two extra texels of 0 at its end."""
     return np.append(texture, np.zeros(2 * channels, texture.dtype))

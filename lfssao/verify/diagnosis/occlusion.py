@@ -1,7 +1,7 @@
-"""Changes of the occlusion that is a share of samples: of Algorithms 1 and 2, ``point`` and ``hemisphere``.
+"""Changes of occlusion that is a share of samples: of Algorithms 1 and 2, ``point`` and ``hemisphere``.
 
-``lf`` is evaluated by the formulas of ``point``, over the points that Algorithm 1 makes of depth where the view has an
-inverse.
+The formulas of ``point`` evaluate ``lf``. If the view has an inverse, the points are those that Algorithm 1
+reconstructs from depth.
 """
 
 from collections.abc import Iterator
@@ -22,16 +22,16 @@ from lfssao.verify.diagnosis.formulated import NEAREST, Formulated
 from lfssao.verify.diagnosis.post import half
 from lfssao.verify.diagnosis.views import Sight
 
-_MOST_LENGTHS = 32  # samples of which each is scaled in turn
+_MOST_LENGTHS = 32  # largest number of samples that are scaled in turn
 _TURNS = Axis(0.005, 181.0, more=tuple(np.arange(11.3, 180.0, 11.3)), signed=False)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Counted(Formulated):
-    """K texels of a share of samples; places include a guard band."""
+    """K texels of a share of samples; rows and columns include a guard band."""
 
-    points: FloatArray  # all weigh the same
-    unprojected: bool = False  # whether surfaces' points are made of depth
+    points: FloatArray  # of equal weight
+    unprojected: bool = False  # whether surfaces' points are reconstructed from depth
 
     counts: ClassVar[bool] = True
     total: ClassVar[str] = "count"
@@ -39,14 +39,14 @@ class Counted(Formulated):
     anew: ClassVar[str] = ", count divided by {rest}"
 
     def _numbers(self, radius: float) -> Any:
-        """The formulas' numbers, of one type with and without a range check, so that one kernel is compiled."""
+        """The formulas at a radius, of one type with and without a range check, so that one kernel is compiled."""
         return super()._numbers(radius)._replace(positions=True)
 
     def _bounds(self) -> None:
-        """No bounds: values lie as far apart as one sample, and few samples are in doubt."""
+        """No bounds: values differ by whole samples, and few samples are undecided."""
 
     def seen_by(self, sight: Sight) -> Estimated | None:
-        """Occlusion by another sight."""
+        """Occlusion with another sight."""
         if not self.unprojected:
             return super().seen_by(sight)
         depth = self.buffers.depth[self.rows, self.columns].astype(np.float64)
@@ -54,7 +54,7 @@ class Counted(Formulated):
         return self.changed(sight=sight, buffers=with_view(self.buffers, sight.view), surface_points=surface_points)
 
     def changes(self) -> list[Change]:
-        """All changes that are tried, those without values first."""
+        """All changes to try, changes without values first."""
         changes = [*super().changes(), *self._matrix_changes()]
         changes.append(fixed("offsets of half precision", points=half(self.radius * self.points) / self.radius))
         for change in [change for change in changes if change.kind == "samples turned the other way"]:
@@ -68,7 +68,7 @@ class Counted(Formulated):
         return [*changes, *map(_length_change, range(len(self.points) if len(self.points) <= _MOST_LENGTHS else 0))]
 
     def _matrix_changes(self) -> Iterator[Change]:
-        """One of the two matrices of Algorithm 1 from another view, or points of its depth."""
+        """Yield one of the two matrices of Algorithm 1 from another view, or points of another view's depth."""
         for view, sight in self.others.items() if self.unprojected else ():
             with_matrix = partial(_with_matrix, view=sight.view)
             yield plain(f"the matrix world to image of {view}, the inverse of its own", with_matrix)
@@ -77,30 +77,30 @@ class Counted(Formulated):
             yield plain(f"the depth of {view}, and points of it", partial(_with_depth, depth=depth))
 
     def _tie_changes(self) -> Iterator[Change]:
-        """Other relations of the surface's depth and the sample's."""
+        """Yield other comparisons of the surface's depth with the sample's."""
         yield fixed("surDepth <= smp.z in place of <", ties=-1)
         yield fixed("surDepth > smp.z in place of <", sign=-1, background=NEAREST)
 
 
 def _with_matrix(problem: Counted, view: View) -> Counted:
-    """The problem with points of its own depth, and samples mapped by another view."""
+    """The problem with points of its own depth, and another view's mapping of samples."""
     return problem.changed(buffers=with_view(problem.buffers, view))
 
 
 def _with_depth(problem: Counted, depth: NDArray[Any]) -> Counted:
-    """The problem with points and look-ups of another depth texture."""
+    """The problem with points and look-ups in another depth texture."""
     made = problem.changed(buffers=replace(problem.buffers, depth=depth))
     return _with_inverse(made, made.sight)
 
 
 def _with_inverse(problem: Counted, sight: Sight) -> Counted:
-    """The problem with the points that another sight makes of its depth."""
+    """The problem with points that another sight reconstructs from its depth."""
     depth = problem.buffers.depth[problem.rows, problem.columns].astype(np.float64)
     return problem.changed(surface_points=sight.points(problem.columns, problem.rows, depth))
 
 
 def _with_exchanged_offsets(other: Change, problem: Counted) -> Any:
-    """Offsets exchanged after they have turned are those of exchanged samples that turn the other way."""
+    """The problem with x and y of turned offsets exchanged: exchanged samples that turn the other way."""
     return other.apply(problem.changed(points=problem.points[:, [1, 0, 2]]), ())
 
 
@@ -111,7 +111,7 @@ def _turned_samples(problem: Counted, degrees: float) -> Counted:
 
 
 def _length_change(k: int) -> Change:
-    """Sample k as much longer."""
+    """The change of sample k by a factor."""
 
     def scale(problem: Counted, factor: float) -> Counted:
         alone = np.arange(len(problem.points)) == k

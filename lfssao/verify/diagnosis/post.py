@@ -1,4 +1,4 @@
-"""Changes of the merge, the blur and the shading, at some texels."""
+"""Changes of the merge, the blur and the shading."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,11 +25,12 @@ from lfssao.verify.diagnosis.change import (
 )
 
 _SIGMAS = Axis(1e-5, 1.4, factor=True)
-# Relative, of a renderer's other sums, beside a quarter of the interval: renderers are far nearer than their bounds.
+# Relative tolerance of a renderer's sums, in addition to a quarter of the interval: renderers are far nearer than their
+# bounds.
 _ROUNDING = 2.0**-22
 VISIBILITY = "1 - ao in place of ao"
 
-# Changes of a texture of occlusion by itself.
+# Changes of the values of any texture of occlusion.
 VALUES = (
     plain(VISIBILITY, lambda p: p.then(lambda x: 1 - x), hint="--map {layer}=1-{layer}"),
     plain("ao of 0 everywhere", lambda p: p.then(np.zeros_like)),
@@ -40,13 +41,13 @@ VALUES = (
 
 
 def texture_changes(problem: Problem) -> list[Change]:
-    """Changes of any texture of occlusion, whatever made it."""
+    """Changes of any texture of occlusion, of every stage."""
     others = [plain(f"the occlusion of {view}", partial(_from_view, view=view)) for view in problem.other_views()]
     return [*VALUES, *FLIPS, *others, *cut(problem)]
 
 
 def _from_view(problem: Problem, view: str) -> Problem:
-    """The problem of a texture that is another view's."""
+    """The problem with another view's texture."""
     return problem.changed(replacement=problem.other_views()[view])
 
 
@@ -65,11 +66,11 @@ class Merge(Problem):
     """The maximum of K texels of L layers."""
 
     layers: FloatArray  # (L, K)
-    chosen: Any = ...  # index of those that are merged
+    chosen: Any = ...  # index of the merged layers
     rule: Function = _maximum
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
-        """The value with room for rounding."""
+        """The merged value with a margin for rounding."""
         merged = self.rule(self.layers[self.chosen])
         return merged * (1 - _ROUNDING), merged * (1 + _ROUNDING)
 
@@ -90,19 +91,19 @@ class Merge(Problem):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Blur(Problem):
-    """The Gaussian blur at K texels of a texture; with a guard band away from the border."""
+    """The Gaussian blur at K texels of a texture; with a guard band, they are not at the border."""
 
     merged: NDArray[Any]  # (H, W)
     sigma: float
     horizontal: bool = True
     vertical: bool = True
     border: str = "clamp"
-    reach: float = 3.0  # sigma, at which the kernel is cut
-    total: float | None = None  # weights are divided by their sum, or by this
+    reach: float = 3.0  # radius of the kernel, in sigma
+    total: float | None = None  # the divisor of the weights, None for their sum
     rounded: tuple[Function, Function] = (np.asarray, np.asarray)  # applied to the weights, and to the first pass
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
-        """The sum over the square of taps, with room for rounding."""
+        """The sum over the square of taps with a margin for rounding."""
         height, width = self.merged.shape
         weights, steps = self._weights()
         identity = np.ones(1), np.zeros(1, np.int64)
@@ -126,7 +127,7 @@ class Blur(Problem):
         return blurred - margin, blurred + margin
 
     def _weights(self) -> tuple[FloatArray, NDArray[np.int64]]:
-        """Weights and places of the taps along one axis."""
+        """Weights and offsets of the taps along one axis."""
         radius = int(np.ceil(self.reach * self.sigma))
         steps = np.arange(-radius, radius + 1)
         weights = np.exp(-0.5 * (steps / self.sigma) ** 2)
@@ -166,7 +167,7 @@ class Shade(Problem):
     rule: Callable[..., FloatArray] = _shaded
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
-        """The value with room for rounding; ``value`` is of the occlusion."""
+        """The shaded value with a margin for rounding; ``value`` applies to the occlusion."""
         shaded = self.rule(self.image, self.value(self.occlusion)[:, None])
         margin = self.interval_width / 4 + _ROUNDING * np.abs(shaded)
         return shaded - margin, shaded + margin

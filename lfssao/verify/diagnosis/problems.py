@@ -1,4 +1,4 @@
-"""The problems of a wrong texture: some of its texels, and what each stage's changes are made of."""
+"""The problems of a wrong texture: some of its texels, and the inputs of each stage's changes."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -36,16 +36,16 @@ from lfssao.verify.diagnosis.search import beyond
 from lfssao.verify.diagnosis.views import Sight, sight_of
 from lfssao.verify.verdict import Judgement, Verdict
 
-Fields = dict[str, Any]  # what all problems have, by the names of their fields
+Fields = dict[str, Any]  # arguments of problems, by the names of their fields
 
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """A wrong texture of a view and what its cause is searched in."""
+    """A wrong texture of a view, and the data in which its cause is searched."""
 
     name: str
     mine: NDArray[Any]  # the texture, (H, W) or (H, W, 3)
-    inputs: Arrays  # of the stages before, the renderer's own where there are some
+    inputs: Arrays  # of the stages, the renderer's own where it has them
     case: Case
     judged: Judgement
     model: ErrorModel  # not an exact one
@@ -54,14 +54,14 @@ class Texture:
     others: Mapping[str, Sight] = field(default_factory=dict)  # other modules, by name
     # Textures of a layer of other modules, by the module, of the size of this module's
     textures: Callable[[str], Mapping[str, NDArray[Any]]] = field(default_factory=lambda: no_textures)
-    # Columns and rows at which this view lies in one texture of all of them, by how they are laid out
+    # This view's column and row in one texture of all views, by the layout of that texture
     places: Mapping[str, tuple[int, int]] = field(default_factory=dict)
-    caster: Callable[[], RayCaster | None] | None = None  # of the mesh, where it is at hand
+    caster: Callable[[], RayCaster | None] | None = None  # of the mesh, if it is available
     sampling: Mapping[str, Any] = field(default_factory=dict)  # method and seed of the samples
     channel: str = ""  # the renderer's own name of the texture
 
     def cropped(self, texture: NDArray[Any]) -> NDArray[Any]:
-        """A texture without the guard band by which it is larger than this one."""
+        """The texture without its guard band, in the size of this texture."""
         return without_guard(texture, (len(texture) - len(self.mine)) // 2)
 
     @property
@@ -71,8 +71,8 @@ class Texture:
 
     @cached_property
     def _interval(self) -> Fields | None:
-        """The reference's interval of depth or colour, and how far it bends between texels."""
-        # The mesh knows what codes of a format were before they were stored.
+        """The reference's interval of depth or colour, and its second differences."""
+        # Bounds from the mesh are those before storing.
         bounds = (self.stored and self.case.bounds.get(self.name)) or self.judged.bounds
         if bounds is None:
             return None
@@ -82,7 +82,7 @@ class Texture:
 
     @cached_property
     def _inverse(self) -> Matrix | None:
-        """The matrix by which Algorithm 1 makes points of depth; None where points are those of a texture."""
+        """The matrix with which Algorithm 1 reconstructs points from depth; None if points come from a texture."""
         lf = self.case.parameters["estimator"] == "lf"
         return described_view(self.case.parameters).screen_to_world if lf else None
 
@@ -98,7 +98,7 @@ class Texture:
 
     @cached_property
     def _extended_textures(self) -> dict[int, Any]:
-        """Textures with what formulas read behind them, by their identity (``Formulated``)."""
+        """Textures with two extra texels at their end, by the identity of the original (``Formulated``)."""
         buffers = self._buffers
         textures = [t for t in (buffers.depth, buffers.positions, buffers.normals) if t is not None]
         return {id(t): with_extra_texels(t, t.size // buffers.depth.size) for t in textures}
@@ -112,12 +112,12 @@ class Texture:
         return {"sight": sight, "centre": centre, "others": self.others}
 
     def problem(self, places: Places) -> Problem | None:
-        """The problem of some texels, by their numbers; None if a texture that it is made of is not known."""
+        """The problem of some texels, by their indices; None if one of its textures is not known."""
         rows, columns = np.divmod(places, self.mine.shape[1])
         return self._problem_at(_values_at(self.mine, columns, rows), columns, rows)
 
     def _problem_at(self, values: FloatArray, columns: Places, rows: Places) -> Problem | None:
-        """The problem of numbers that stand for texels."""
+        """The problem of values at some columns and rows."""
         problems_of_layers: dict[str, Callable[[Fields], Problem | None]] = {
             "depth": self._image,
             "positions": self._positions,
@@ -189,7 +189,7 @@ class Texture:
         )
 
     def _ao(self, fields: Fields) -> Estimated | None:
-        """Occlusion of one radius by its estimator, in the places of depth; None where it needs what is not there."""
+        """Occlusion of one radius by its estimator, at texels of depth; None if one of its inputs is missing."""
         parameters = self.case.parameters
         inputs = self.inputs
         name = self.case.parameters["estimator"]
@@ -227,7 +227,7 @@ class Texture:
             options=options,
             has_interval=self.judged.bounds is not None,
             neighbour_names=tuple(each["name"] for each in parameters.get("neighbours", ())),
-            cost=1,  # a run of a whole texture makes all texels
+            cost=1,  # a run computes all texels
         )
         if isinstance(problem, Formulated):
             return problem.changed(cost=problem.samples * (4 if problem.counts else 1))

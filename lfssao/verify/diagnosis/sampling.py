@@ -1,4 +1,4 @@
-"""Other samples than the reference's: tables and turns of other kinds and seeds, each with its name."""
+"""Samples other than the reference's: tables and turns of other kinds and seeds, each with its name."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
@@ -15,15 +15,15 @@ from lfssao.samples.rotation import MOST_TILE
 from lfssao.verify.bounds.bounds import FloatArray
 
 _MOST_PLACED = 2**25  # texels of all views
-SEEDS = 64  # that are tried, of samples and of turns
+SEEDS = 64  # number of seeds to try, of samples and of turns
 
 Turns = Iterator[tuple[str, Callable[[], NDArray[np.floating[Any]]]]]
 
 
 def other_noise(numbers: int, three: bool) -> Iterator[tuple[str, Callable[[Any], Any]]]:
-    """Mistakes with noise vectors of 2 or 3 numbers, by name; functions of the vectors, (2 or 3, H, W).
+    """Yield mistakes with noise vectors of 2 or 3 numbers, by name; functions of the vectors, (2 or 3, H, W).
 
-    three: whether an estimator reads vectors' z.
+    ``three`` tells whether an estimator reads vectors' z.
     """
     packed = "noise vectors are packed, (v + 1) / 2 in place of v"
     yield packed, lambda noise: (noise + 1) / 2
@@ -35,7 +35,7 @@ def other_noise(numbers: int, three: bool) -> Iterator[tuple[str, Callable[[Any]
 
 
 def stretched_tiles(turns: NDArray[Any]) -> Iterator[tuple[str, Callable[[Any], Any]]]:
-    """Mistakes with the tile that turns, (2 or 3, H, W), repeat, by name; none of turns that do not repeat."""
+    """Yield mistakes with a repeated tile of turns, (2 or 3, H, W), by name; none if turns do not repeat."""
     height, width = turns.shape[1:]
     across = _period(turns[:, 0])
     down = _period(turns[:, :, 0])
@@ -57,22 +57,22 @@ def stretched_tiles(turns: NDArray[Any]) -> Iterator[tuple[str, Callable[[Any], 
 
 
 def _period(line: NDArray[Any]) -> int:
-    """After how many numbers, at most ``MOST_TILE``, those of a line, (2 or 3, N), repeat; 1 if they do not."""
+    """The period of the numbers of a line, (2 or 3, N), at most ``MOST_TILE``; 1 if they do not repeat."""
     sizes = range(1, min(MOST_TILE, line.shape[1] // 2) + 1)
     return next((size for size in sizes if np.array_equal(line[:, size:], line[:, :-size])), 1)
 
 
 def _quotients(count: int, side: int) -> NDArray[np.int64]:
-    """Numbers below ``count`` divided by a tile's side, within the tile."""
+    """Indices below ``count`` divided by a tile's side, modulo the side."""
     return np.arange(count) // side % side
 
 
 def other_turns(
     rotation: str, seed: int, height: int, width: int, places: Mapping[str, tuple[int, int]] | None = None
 ) -> Turns:
-    """Turns (2, H, W) of other kinds and seeds, and of other texels, each with its name, made when they are tried.
+    """Yield turns (2, H, W) of other kinds and seeds, and of other texels, by name; functions compute them.
 
-    ``places``: columns and rows at which the view lies in one texture of all views, by how they are laid out.
+    ``places`` are the view's column and row in one texture of all views, by the layout of that texture.
     """
 
     @cache
@@ -113,14 +113,14 @@ def other_turns(
 
 
 def turn_seeds(rotation: str, seed: int) -> Iterator[tuple[str, int]]:
-    """Other seeds of turns, each with its name; 'hash' alone has seeds."""
+    """Yield other seeds of turns, each with its name; only 'hash' has seeds."""
     for number in range(SEEDS) if rotation == "hash" else ():
         if number != seed:
             yield f"turns of seed {number} in place of {seed}", number
 
 
 def other_tables(samples: FloatArray) -> Iterator[tuple[str, FloatArray]]:
-    """Other tables, each with what is said of it, of as many samples in the ball, or disk."""
+    """Yield other tables of the same number of samples in the ball or disk, each with its text."""
     n, d = samples.shape
     tables = {
         f"samples of '{name}'": make_samples(name, n)
@@ -146,9 +146,9 @@ def _table(domain: str, method: str, n: int, seed: int, **options: float) -> Flo
 
 
 def table_seeds(samples: FloatArray, sampling: Mapping[str, Any]) -> dict[str, FloatArray]:
-    """Tables by other seeds, each with what is said of it.
+    """Tables with other seeds, by their texts.
 
-    ``sampling`` has the method and the seed by which the samples were made; where that is not so there are none.
+    ``sampling`` has the method and the seed of the samples; if they do not give the samples, there are no tables.
     """
     n, d = samples.shape
     method = sampling.get("method")

@@ -1,7 +1,7 @@
-"""Samples whose z has the other sign, solved for in a wrong texture.
+"""Solve for the samples whose z has the other sign in a wrong texture.
 
-Occlusion that is a sum of samples' terms differs from the reference's by the sum of known differences, one of each
-sample. Least squares find which of them count.
+Occlusion that sums samples' terms differs from the reference's by a sum of known differences, one for each such sample.
+Least squares find these samples.
 """
 
 from collections.abc import Iterator
@@ -15,14 +15,14 @@ from lfssao.verify.diagnosis.change import Change, plain
 from lfssao.verify.verdict import Flags
 
 _MOST = 64  # samples
-_TEXELS_PER_SAMPLE = 2  # times as many wrong texels as samples, at least, tell their signs
+_TEXELS_PER_SAMPLE = 2  # least ratio of wrong texels to samples
 _LISTED = 3  # samples
-_EXACT = 1e-4  # by which a sum of terms is the estimator's occlusion
-_NEARLY = 0.95  # share of the texels at which it is: others may be clamped
+_EXACT = 1e-4  # largest difference of the sum of terms from the estimator's occlusion
+_NEARLY = 0.95  # least share of the texels without a larger difference: others may be clamped
 
 
 def other_signs(problem: Any, wrong: Flags) -> Iterator[Change]:
-    """The change of the samples whose z has the other sign, by the numbers of a problem that adds up samples' terms."""
+    """Yield the change of the samples whose z has the other sign, for a problem that sums samples' terms."""
     count = len(problem.points) if problem.has_ball else 0
     if not 1 < count <= _MOST or np.count_nonzero(wrong) < _TEXELS_PER_SAMPLE * count:
         return

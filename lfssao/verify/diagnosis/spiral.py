@@ -1,4 +1,4 @@
-"""Changes of the taps of SAO's spiral, which no option of its estimators makes."""
+"""Changes of the taps of SAO's spiral that its estimators have no option for."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -14,7 +14,7 @@ from lfssao.verify.diagnosis.change import Change, plain
 
 
 def tap_changes(problem: Any) -> Iterator[Change]:
-    """Changes of the taps, of an estimator that has a spiral of them."""
+    """Yield changes of the taps, for an estimator with a spiral of taps."""
     options = problem.estimator.options(**problem.options)
     if not isinstance(options, SaoOptions):
         return
@@ -29,7 +29,7 @@ def tap_changes(problem: Any) -> Iterator[Change]:
 
 
 def _tap_change(kind: str, change: Callable[[Sao], Sao]) -> Change:
-    """A change of the estimator's numbers; nothing is known of its bounds, which are those of a name."""
+    """A change of the estimator's numbers; it has another name, so that it has no bounds."""
 
     def apply(problem: Any) -> Any:
         own = problem.estimator
@@ -39,7 +39,7 @@ def _tap_change(kind: str, change: Callable[[Sao], Sao]) -> Change:
 
 
 def _shifted_taps(options: SaoOptions, taps: float, numbers: Sao) -> Sao:
-    """Taps that lie further along the spiral by a part of the way to the next."""
+    """Taps shifted along the spiral by ``taps`` of the distance to the next tap."""
     first, second = tap_angles(options)[:2] if options.taps > 1 else (0.0, 0.0)
     angles = tap_angles(options) + taps * (second - first)
     points = np.array([(*sincospi(angle / PI)[::-1], 0.0) for angle in angles.tolist()])
@@ -55,5 +55,5 @@ def _selected_taps(kept: slice, numbers: Sao) -> Sao:
 
 
 def _turned_back(numbers: Sao) -> Sao:
-    """Hashes taken off the taps' angles: these taken off hashes, with sines of the other sign."""
+    """Taps with hashes subtracted from their angles: angles subtracted from hashes, with sines of the other sign."""
     return numbers._replace(angles=-numbers.angles, up=not numbers.up)

@@ -90,7 +90,7 @@ def _agree(options: argparse.Namespace) -> None:
     if options.truth:
         read["rays"], noise = _cast(shared, options.mesh)
     found = {name: disagreement(each) for name, each in read.items()}
-    said: dict[str, Any] = {
+    results: dict[str, Any] = {
         "layer": options.layer,
         "views": [seen.name for seen in views],
         "same": shared.tolerance,
@@ -107,7 +107,7 @@ def _agree(options: argparse.Namespace) -> None:
     if options.picture is not None:
         _draw(Path(options.picture), shared, read)
     if options.json is not None:
-        text = json.dumps(said, indent=1, allow_nan=False)
+        text = json.dumps(results, indent=1, allow_nan=False)
         if options.json == "-":
             print(text)
             return

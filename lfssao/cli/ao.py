@@ -90,17 +90,17 @@ def _ao(options: argparse.Namespace) -> None:
     size = depth.shape[::-1]
     guard = guard_of(margins)
     sampling, settings = ao_settings(options, options.radii, {size}, normals=kind, layers=layers)
-    said = read_description(options.buffers, options.view or options.depth.stem, (*size, guard))
-    textures = {"depth": _numbers("depth", options.depth, depth, said.depth_bits)}
+    description = read_description(options.buffers, options.view or options.depth.stem, (*size, guard))
+    textures = {"depth": _numbers("depth", options.depth, depth, description.depth_bits)}
     for name, path in list(given.items())[1:]:
-        texture, others = _read(name, path, rules, size, name == "normals" and "octahedral" in said.normals_kind)
-        textures[name] = _numbers(name, path, texture, said.color_bits)
+        texture, others = _read(name, path, rules, size, name == "normals" and "octahedral" in description.normals_kind)
+        textures[name] = _numbers(name, path, texture, description.color_bits)
         if texture.dtype.kind == "u":
             textures[name] = decode(textures[name])
         if margins is not None and others is not None and others != margins:
             raise InputError(f"--{name}: {path}: its guard band is of {others[0]} texels, that of depth of {guard}")
-    buffers = buffers_of(textures, said)
-    color = upright(textures, said).get("image")
+    buffers = buffers_of(textures, description)
+    color = upright(textures, description).get("image")
     surface = np.where(np.isfinite(buffers.depth), 0, -1).astype(np.int32)
     gbuffer = GBuffer(buffers.depth, buffers.positions, color, surface, buffers.normals)
     with working("ao"):
@@ -116,7 +116,7 @@ def _ao(options: argparse.Namespace) -> None:
             "sampling": sampling,
             "settings": describe_settings(settings),
         }
-        entry = {**entry_of(buffers.view, target, parts, made.seconds), "name": target.stem, "rows": said.rows}
+        entry = {**entry_of(buffers.view, target, parts, made.seconds), "name": target.stem, "rows": description.rows}
         write_manifest(options.output, {**head, "views": [entry]}, settings)
     print(printable(str(target)), flush=True)
 

@@ -45,10 +45,10 @@ def _list(options: argparse.Namespace) -> None:
     else:
         estimator = chosen(options.name)
         weighting, falloff = estimator.integrand
-        said = (
+        limit = (
             "estimates, up to strength, rays' occlusion" if estimator.converges else "tends to no rays' occlusion; near"
         )
-        rays = f"    {said}: weighting {weighting}, falloff {falloff}"
+        rays = f"    {limit}: weighting {weighting}, falloff {falloff}"
         print("\n".join([_line(estimator).splitlines()[0], f"    {estimator.formula}", rays, *_meanings(estimator)]))
         if estimator.text:
             print("\n".join(f"    {fact}" for fact in _found(Path(options.name), estimator)))
@@ -167,8 +167,8 @@ def _samples_of(estimator: Estimator, path: Path) -> tuple[FloatArray, FloatArra
         points, weights, domain = read_points(path)
         fitting = {2: ("disk",), 3: ("ball", "sphere")}[estimator.dimensions]
         if points.shape[1] != estimator.dimensions or domain not in (None, *fitting):
-            said = f"points of the {domain}" if domain else f"points of {points.shape[1]} numbers"
-            raise InputError(f"{path}: it has {said}, estimator {estimator.name} takes points of the {fitting[0]}")
+            found = f"points of the {domain}" if domain else f"points of {points.shape[1]} numbers"
+            raise InputError(f"{path}: it has {found}, estimator {estimator.name} takes points of the {fitting[0]}")
         if weights is not None and estimator.default_samples()[1] is None:
             raise InputError(f"{path}: it has weights, which estimator {estimator.name} does not read")
         if len(points) > values.MOST_SAMPLES:

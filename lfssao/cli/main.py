@@ -78,27 +78,27 @@ class Parser(argparse.ArgumentParser):
             self._file = ""
         self._check_names(list(args))
         options, rest = super().parse_known_args(args, namespace)
-        if rest:  # said here, where the command is known
+        if rest:  # refused here, where the command is known
             self.error(f"unrecognized arguments: {' '.join(rest)}: nothing is left that takes them")
         return options, rest
 
     def _check_names(self, words: list[str]) -> None:
-        """Refuse a command or an option that is not there, before it is said which others are missing."""
+        """Refuse an unknown command or option, before argparse complains that others are missing."""
         if self._commands is not None:
             if words and words[0] not in ("-h", "--help", "--version", *self._commands.choices):
                 self._refuse_command(words[0])
             return
         lines = re.findall(r"^  (-.*?)(?:  |$)", super().format_help(), re.MULTILINE)
         known = {option for line in lines for option in re.findall(r"--[a-z-]+", line)}
-        told = {option.removeprefix("--"): option for option in known}
-        told |= {name: option for name, option in SYNONYMS.items() if option in known and name not in told}
+        option_of = {option.removeprefix("--"): option for option in known}
+        option_of |= {name: option for name, option in SYNONYMS.items() if option in known and name not in option_of}
         for word in words[: words.index("--")] if "--" in words else words:
             option = word.partition("=")[0]
             name = option.lstrip("-")
             short = re.fullmatch("-[a-z-]{2,}", option) and not option.startswith("--")  # -output is no -o utput
-            if (option.startswith("--") and option not in known) or (short and name in told):
-                near = nearest(name, told)
-                hint = "" if near is None else f" (did you mean '{told[near]}'?)"
+            if (option.startswith("--") and option not in known) or (short and name in option_of):
+                near = nearest(name, option_of)
+                hint = "" if near is None else f" (did you mean '{option_of[near]}'?)"
                 self.error(f"unrecognized arguments: {option}{hint}")
 
     def _refuse_command(self, word: str) -> NoReturn:
@@ -117,8 +117,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Refuse the command line."""
-        said = message.removeprefix("argument ").replace("ignored explicit argument", "it takes no value, and not")
-        raise InputError(f"{said} (see {self.prog} --help)")
+        sentence = message.removeprefix("argument ").replace("ignored explicit argument", "it takes no value, and not")
+        raise InputError(f"{sentence} (see {self.prog} --help)")
 
 
 def command_line() -> Parser:
@@ -145,7 +145,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options = command_line().parse_args(_with_negative_values(words))
         options.command = ["lfssao", *words]
-        with _interruptible(), _said_once(), compiling_shown():
+        with _interruptible(), _printing_once(), compiling_shown():
             code: int | None = options.run(options)
     except LfssaoError as error:
         say(str(error))
@@ -172,15 +172,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 @contextmanager
-def _said_once() -> Iterator[None]:
-    """Warnings of what is probably not meant as one sentence each."""
-    said: set[str] = set()
+def _printing_once() -> Iterator[None]:
+    """In the block, print each InputWarning as one sentence, and no sentence twice."""
+    printed: set[str] = set()
 
     def show(message: Warning | str, category: type[Warning], *more: Any, **rest: Any) -> None:
         if not issubclass(category, InputWarning):
             others(message, category, *more, **rest)
-        elif str(message) not in said:
-            said.add(str(message))
+        elif str(message) not in printed:
+            printed.add(str(message))
             say(str(message))
 
     with warnings.catch_warnings():

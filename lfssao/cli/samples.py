@@ -157,7 +157,7 @@ def _check(options: argparse.Namespace) -> int:
             print(f"{name} ({domain}): {finding}{file}")
         if findings.hint and options.range is None:
             say("all points lie in [0, 1], and the domain reaches from -1 to 1: --range 0,1, if they fill that")
-            options.range = (-1.0, 1.0)  # said once
+            options.range = (-1.0, 1.0)  # so that the hint is printed once
         kept = kept and findings.holds
         tells = tells and findings.tells
     if not tells:
@@ -185,7 +185,7 @@ def _moved(options: argparse.Namespace, sets: list[SampleSet], domain: str, name
     guess = options.range is None and named is None and domain == "square"
     if guess and all(((made.points >= 0) & (made.points <= 1)).all() for made in sets):
         say("all points lie in [0, 1]^2, which is taken for the whole square; --range -1,1 says that it is not")
-        options.range = (0.0, 1.0)  # said once
+        options.range = (0.0, 1.0)  # so that the guess is printed once
     out = []
     for made in sets:
         with errors_of(made.method):

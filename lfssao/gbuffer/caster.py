@@ -300,13 +300,14 @@ def _material(source: Paint) -> surface.Material:
     )
 
 
-def textures_kept(asked: Sequence[Sequence[View]]) -> int:
-    """How many depth textures to keep for views that in turn ask these: all if they are small, as those of lenses are.
+def textures_kept(neighbours: Sequence[Sequence[View]]) -> int:
+    """Return the number of depth textures to keep for views with these neighbours, rendered in turn.
 
-    Else twice as many as one of them asks, and one: modules in a row need no more.
+    All small textures are kept, as those of lenses are. Large ones are kept for twice a view's neighbours, and one:
+    modules in a row need no more.
     """
-    texels = {view.name: view.width * view.height for views in asked for view in views}
-    return len(texels) if sum(texels.values()) <= _MOST_KEPT_TEXELS else 2 * max(map(len, asked)) + 1
+    texels = {view.name: view.width * view.height for views in neighbours for view in views}
+    return len(texels) if sum(texels.values()) <= _MOST_KEPT_TEXELS else 2 * max(map(len, neighbours)) + 1
 
 
 class DepthCache:

@@ -389,11 +389,11 @@ def fit_roi(world_box: NDArray[np.float64], physical_box: Any) -> Matrix:
     [[2.0, 0.0, 0.0, -1.0], [0.0, 2.0, 0.0, -1.0], [0.0, 0.0, -2.0, 1.0]]
     """
     world_box = box_of("world_box", world_box)
-    room_box = box_of("physical_box", physical_box)
+    roi_box = box_of("physical_box", physical_box)
     size = world_box[1] - world_box[0]
-    room = room_box[1] - room_box[0]
-    scale = min((float(r / s) for r, s in zip(room, size, strict=True) if s > 0), default=1.0)
+    roi_size = roi_box[1] - roi_box[0]
+    scale = min((float(r / s) for r, s in zip(roi_size, size, strict=True) if s > 0), default=1.0)
     signed = np.array([scale, scale, -scale])
     centre = 0.5 * world_box[0] + 0.5 * world_box[1]
-    target = 0.5 * room_box[0] + 0.5 * room_box[1]
+    target = 0.5 * roi_box[0] + 0.5 * roi_box[1]
     return np.column_stack([np.diag(signed), target - signed * centre])

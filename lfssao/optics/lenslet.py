@@ -160,8 +160,8 @@ class LensletDisplay:
         bend = abs(1 + self.gap / self.observer_distance - self.gap / self.focal_length)
         drift = abs(self.lens_pitch * (1 + self.gap / self.observer_distance) - self.image_pitch)
         farthest = max(abs(window.steps) for window in (*self._columns, *self._rows))
-        room = 0.5 * (self.image_pitch - self.lens_pitch * bend) - drift * farthest
-        return room * self.observer_distance / self.gap
+        half_width = 0.5 * (self.image_pitch - self.lens_pitch * bend) - drift * farthest
+        return half_width * self.observer_distance / self.gap
 
     def seen_place(self, points: NDArray[np.float64], eye: float) -> NDArray[np.float64]:
         """Places on the panel at which rays from an eye through points of the lenses end, along x or y, metres.

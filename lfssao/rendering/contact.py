@@ -72,8 +72,8 @@ def contact_sheet(strips: Sequence[tuple[str, Image.Image]]) -> Image.Image:
         top += picture.height + _CAPTION + _MARGIN
     bar = to_codes(np.linspace(0, 1, width, dtype=np.float32))
     sheet.paste(Image.fromarray(np.tile(bar, (_CAPTION, 1))), (_MARGIN, top))
-    said = "linear values 0 to 1 of all pictures, in sRGB's curve; 1/2 is in the middle"
-    for place, text, anchor in ((0, "0", "la"), (width // 2, said, "ma"), (width, "1", "ra")):
+    caption = "linear values 0 to 1 of all pictures, in sRGB's curve; 1/2 is in the middle"
+    for place, text, anchor in ((0, "0", "la"), (width // 2, caption, "ma"), (width, "1", "ra")):
         draw.text((_MARGIN + place, top + _CAPTION + 4), text, fill="black", anchor=anchor)
     return sheet
 

@@ -1,4 +1,4 @@
-"""Numbers of textures as somebody's renderer stores them: z of cast space, world points and unit normals, float64."""
+"""Decoding of another renderer's textures: z of cast space, world points and unit normals, float64."""
 
 from collections.abc import Mapping
 
@@ -17,25 +17,25 @@ Texels = NDArray[np.intp] | None
 
 DISTANCES = ("linear", "view-z", "radial", "logarithmic")  # kinds of depth whose background is 0 or at the far plane
 
-_EDGE = 1e-3  # share of the near plane's distance by which halves may lie before it
+_EDGE = 1e-3  # largest distance of halves before the near plane, in distances of that plane
 
 
-def upright(textures: Mapping[str, Single], said: Description) -> dict[str, Single]:
-    """The textures, row 0 above."""
-    return {name: texture[:: -1 if said.rows == "below" else 1] for name, texture in textures.items()}
+def upright(textures: Mapping[str, Single], description: Description) -> dict[str, Single]:
+    """Return the textures with row 0 above."""
+    return {name: texture[:: -1 if description.rows == "below" else 1] for name, texture in textures.items()}
 
 
-def distances(depth: Single, said: Description, rows: Texels = None, columns: Texels = None) -> Double:
-    """Cast space z of a depth texture: infinite where there is no surface, NaN where a number is no depth.
+def distances(depth: Single, description: Description, rows: Texels = None, columns: Texels = None) -> Double:
+    """Return cast space z of a depth texture: infinite without a surface, NaN where a number is no depth.
 
     ``depth`` may be some texels, (n, m), of ``rows`` and ``columns`` in the whole texture, row 0 above.
     """
-    view = said.view
-    kind = said.depth_kind
+    view = description.view
+    kind = description.depth_kind
     with np.errstate(invalid="ignore", over="ignore"):  # of a NaN that signals, and a value that no texture has
         d = depth.astype(np.float64)
-        if said.background is not None:
-            d = np.where(depth == np.float32(said.background), np.inf, d)
+        if description.background is not None:
+            d = np.where(depth == np.float32(description.background), np.inf, d)
     if view.screen_to_world is None:
         low, high = _reach(view)
         return np.where((d > low) & (d < high) | (d == np.inf), d, np.nan)
@@ -43,23 +43,23 @@ def distances(depth: Single, said: Description, rows: Texels = None, columns: Te
         return np.where(d > 0, d, np.nan)
     near, far, orthographic = view.lens[4:7].tolist()
     if kind in DISTANCES:
-        z = along_axis(d, said, rows, columns)
+        z = along_axis(d, description, rows, columns)
         none = (z == 0) | (z >= far * (1 - 2.0**-22)) | np.isinf(d)
         return np.where(none, np.inf, np.where(z >= near - _EDGE * abs(near), z, np.nan))
     with np.errstate(all="ignore"):
         share = 0.5 * d + 0.5 if kind == "window-gl" else 1 - d if kind == "reversed" else d
         z = near + share * (far - near) if orthographic else near / (1 - share * (1 - near / far))
     background = np.isposinf(d) | ((share == 1) & (kind != "image"))
-    inside = (share > 0) | ((share == 0) & (said.depth_bits is not None))  # codes are clamped to the planes
+    inside = (share > 0) | ((share == 0) & (description.depth_bits is not None))  # codes are clamped to the planes
     return np.where(background, np.inf, np.where(inside & (share < 1), z, np.nan))
 
 
-def along_axis(d: Double, said: Description, rows: Texels = None, columns: Texels = None) -> Double:
-    """Cast space z of the ``DISTANCES``, as far as the far plane and beyond; arguments of ``distances``."""
-    view = said.view
-    kind = said.depth_kind
-    if kind == "view-z" and said.eye is not None:
-        return np.asarray(d * np.sign(multiply(view.cast_from_world[2:, :3], said.eye[2:, :3].T)))
+def along_axis(d: Double, description: Description, rows: Texels = None, columns: Texels = None) -> Double:
+    """Return cast space z of a kind among ``DISTANCES``, beyond the far plane too; arguments as of ``distances``."""
+    view = description.view
+    kind = description.depth_kind
+    if kind == "view-z" and description.eye is not None:
+        return np.asarray(d * np.sign(multiply(view.cast_from_world[2:, :3], description.eye[2:, :3].T)))
     if kind == "radial":
         f_u, f_v, c_u, c_v = view.lens[:4].tolist()
         i = np.arange(view.width)[None] if columns is None else columns
@@ -69,13 +69,13 @@ def along_axis(d: Double, said: Description, rows: Texels = None, columns: Texel
         return np.asarray(d / np.sqrt((x * x + y * y) + 1.0))
     if kind == "logarithmic":
         z = np.empty_like(d)
-        write_logarithmic(d, said.depth_constant, float(view.lens[5]), z)
+        write_logarithmic(d, description.depth_constant, float(view.lens[5]), z)
         return z
     return d
 
 
 def _reach(view: View) -> tuple[float, float]:
-    """Physical z between which a module's rays lie, those of observers, or of their whole circle, and lens."""
+    """Return physical z of a module's observers, or of the far side of their circle, and of its lens."""
     if view.world_to_image.kind == CROSSED_SLITS:
         return float(view.lens[3]), float(view.lens[1])
     z_o = float(view.lens[4])
@@ -83,31 +83,31 @@ def _reach(view: View) -> tuple[float, float]:
     return z_o - 2 / curvature if curvature else z_o, float(view.lens[2])
 
 
-def points_of(stored: Single, said: Description) -> Double:
-    """World coordinates of positions, (n, 3)."""
+def points_of(stored: Single, description: Description) -> Double:
+    """Return world coordinates of stored positions, (n, 3)."""
     points = stored.astype(np.float64)
-    if said.eye is None or said.positions_space == "world":
+    if description.eye is None or description.positions_space == "world":
         return points
-    return transform_points(invert_affine(said.eye), points)
+    return transform_points(invert_affine(description.eye), points)
 
 
-def normals_of(stored: Single, surface: NDArray[np.bool_], said: Description) -> Single:
-    """The normals texture, (H, W, 3): 0 where there is no surface."""
+def normals_of(stored: Single, surface: NDArray[np.bool_], description: Description) -> Single:
+    """Return the normals texture, (H, W, 3), 0 where there is no surface."""
     normals = np.zeros((*surface.shape, 3), np.float32)
-    normals[surface] = directions_of(stored[surface], said)
+    normals[surface] = directions_of(stored[surface], description)
     return normals
 
 
-def directions_of(stored: Single, said: Description) -> Double:
-    """Unit normals in world space, (n, 3); those that are stored as they are wanted stay what they are."""
-    n = decoded(stored, said.normals_kind)
-    if said.eye is not None and said.normals_space == "view":
-        return units(multiply(n, invert_affine(said.eye)[:, :3].T))
-    return n if said.normals_kind == "xyz" else units(n)
+def directions_of(stored: Single, description: Description) -> Double:
+    """Return unit normals in world space, (n, 3); those that are stored so keep their bits."""
+    n = decoded(stored, description.normals_kind)
+    if description.eye is not None and description.normals_space == "view":
+        return units(multiply(n, invert_affine(description.eye)[:, :3].T))
+    return n if description.normals_kind == "xyz" else units(n)
 
 
 def decoded(stored: Single, kind: str) -> Double:
-    """Normals as three numbers; of octahedral ones the lower half is folded over the upper one's corners."""
+    """Return normals as three numbers; octahedral ones have the lower half folded over the upper one's corners."""
     n = stored.astype(np.float64)
     n = 2 * n - 1 if kind.endswith("unorm") else n
     if not kind.startswith("octahedral"):
@@ -120,11 +120,11 @@ def decoded(stored: Single, kind: str) -> Double:
 
 
 def units(n: Double) -> Double:
-    """Vectors, (n, 3), of length 1."""
+    """Return vectors, (n, 3), scaled to length 1."""
     return n / np.maximum(lengths(n), np.finfo(np.float64).tiny)[:, None]
 
 
 def lengths(n: Double) -> Double:
-    """Lengths, (n,), of vectors, (n, 3)."""
+    """Return lengths, (n,), of vectors, (n, 3)."""
     x, y, z = n.T
     return np.asarray(np.sqrt((x * x + y * y) + z * z))

@@ -1,4 +1,4 @@
-"""Whether textures fit what is said of them, and each other, and what fits better."""
+"""Checks whether textures fit their description and each other, and a search for one that fits better."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -18,43 +18,44 @@ from lfssao.rendering.decoding import Double, Single, decoded, directions_of, di
 from lfssao.rendering.slopes import angle_to_normals, planes_that_fit
 from lfssao.rendering.view_file import CHOICES, Description
 
-_ENOUGH = 0.9  # of the surface's texels must fit: silhouettes and half floats are off in some
-_UNIT = 0.05  # by which a normal's length may be off 1
-_NEAR = 0.01  # share of the distance by which positions and depth may differ
-_STEEP = 30.0  # degrees between normals and surface, in the median, that no smooth or mapped normals explain
-_SLIGHT = 0.5  # degrees that nothing is made of
-_ALIKE = 2.0  # degrees by which descriptions that fit differ
+_ENOUGH = 0.9  # share of the surface's texels that must fit: silhouettes and half floats may be off
+_UNIT = 0.05  # largest difference of a normal's length from 1
+_NEAR = 0.01  # largest difference of positions and depth, relative to the distance
+_STEEP = 30.0  # degrees between normals and surface, median; no smooth or mapped normals reach them
+_SLIGHT = 0.5  # degrees between normals and surface, median, that are no fault
+_ALIKE = 2.0  # degrees; descriptions that fit differ by no more
 _CONSTANTS = tuple(float(f"{digit}e{power}") for power in range(-3, 3) for digit in (1, 2, 5))
 
 Textures = Mapping[str, Single]
 
 
-def checked(textures: Textures, said: Description) -> Description:
-    """The description with the value that the background was cleared to, if that is none of its kind, which is noted.
+def checked(textures: Textures, description: Description) -> Description:
+    """Return the description, with the cleared value of the background where that is not one of its kind.
 
-    InputError if textures do not fit what is said of them, or each other; the sentence names what fits.
+    An InputWarning names such a value. InputError if textures do not fit their description, or each other; the sentence
+    names a description that fits.
     """
-    there = upright(textures, said)
-    value = cleared_value(there, said)
-    cleared = replace(said, background=value) if value is not None else said
-    fault = fault_of(textures, said)
+    from_above = upright(textures, description)
+    value = cleared_value(from_above, description)
+    cleared = replace(description, background=value) if value is not None else description
+    fault = fault_of(textures, description)
     unfit = fault_of(textures, cleared)
-    # A value that none of its kind has may be the background of another kind, if nothing else tells them apart.
+    # Depth alone does not tell a cleared value from the background of another kind.
     is_open = value is not None and abs(value) <= 1 and {"positions", "normals"}.isdisjoint(textures)
     if fault and (unfit or is_open):
-        fits = _fitting(textures, said)
+        fits = _fitting(textures, description)
         if fits or unfit:
             raise InputError(f"{fault}{fits}" if fits else f"{unfit}{_fitting(textures, cleared)}")
-    said = cleared
-    if "normals" in there and (better := _better(textures, said)):
+    description = cleared
+    if "normals" in from_above and (better := _better(textures, description)):
         raise InputError(better)
-    doubts.warn(surface_or_sky(there, said, value), 4)
-    return said
+    doubts.warn(surface_or_sky(from_above, description, value), 4)
+    return description
 
 
-def _fitting(textures: Textures, said: Description) -> str:
-    """The end of a sentence with the descriptions that fit; '' if none does."""
-    found = [(other, words) for other, words in _others(textures, said) if not fault_of(textures, other)]
+def _fitting(textures: Textures, description: Description) -> str:
+    """Return the end of a sentence with the descriptions that fit; '' if none does."""
+    found = [(other, words) for other, words in _others(textures, description) if not fault_of(textures, other)]
     if "normals" in textures and found:
         angles = [angle_to_normals(upright(textures, other), other)[0] for other, _ in found]
         found = [pair for pair, angle in zip(found, angles, strict=True) if angle <= min(angles) + _ALIKE]
@@ -63,16 +64,16 @@ def _fitting(textures: Textures, said: Description) -> str:
     return f": it fits with {fits}" if fits else ""
 
 
-def _better(textures: Textures, said: Description) -> str:
-    """A sentence on another description by which normals and depth agree better, or ''."""
-    there = upright(textures, said)
-    angle, count, smooth = angle_to_normals(there, said)
+def _better(textures: Textures, description: Description) -> str:
+    """Return a sentence on another description by which normals and depth agree better, or ''."""
+    from_above = upright(textures, description)
+    angle, count, smooth = angle_to_normals(from_above, description)
     if angle <= _SLIGHT or not smooth:  # planes that flatten grass make it fit
         return ""
     clearly = min(0.3 * angle, angle - 0.5)
     enough = max(min(0.8 * angle, angle - 1), clearly)
-    found = [each for each in planes_that_fit(there, said) if each[0] <= clearly and each[1] >= 0.5 * count]
-    for other, words in _others(textures, said, 1):
+    found = [each for each in planes_that_fit(from_above, description) if each[0] <= clearly and each[1] >= 0.5 * count]
+    for other, words in _others(textures, description, 1):
         least, texels, _ = angle_to_normals(upright(textures, other), other)
         if least <= enough and texels >= 0.5 * count and not fault_of(textures, other):
             found.append((least, texels, words))
@@ -83,64 +84,69 @@ def _better(textures: Textures, said: Description) -> str:
     return f"{off}, and {least:.1f} by another reading: it fits with {words}"
 
 
-def _others(textures: Textures, said: Description, most: int = 2) -> Iterator[tuple[Description, str]]:
-    """Other descriptions that differ in one or two fields which these textures read, each with its difference."""
-    tried = {"depth_kind": said.view.screen_to_world is not None, "rows": True}
-    tried |= {"positions_space": "positions" in textures and said.eye is not None}
-    tried |= {"normals_space": "normals" in textures and said.eye is not None, "normals_kind": "normals" in textures}
+def _others(textures: Textures, description: Description, most: int = 2) -> Iterator[tuple[Description, str]]:
+    """Yield descriptions that differ in one or two fields that matter to these textures, each with its difference."""
+    tried = {"depth_kind": description.view.screen_to_world is not None, "rows": True}
+    tried |= {"positions_space": "positions" in textures and description.eye is not None}
+    tried |= {
+        "normals_space": "normals" in textures and description.eye is not None,
+        "normals_kind": "normals" in textures,
+    }
     names = [name for name in tried if tried[name]]
     for values in product(*(CHOICES[name] for name in names)):
-        changes: dict[str, Any] = {n: v for n, v in zip(names, values, strict=True) if getattr(said, n) != v}
-        possible = said.eye is not None or changes.get("depth_kind") != "view-z"
-        possible &= "logarithmic" not in (changes.get("depth_kind"), said.depth_kind) or "depth_kind" in changes
+        changes: dict[str, Any] = {n: v for n, v in zip(names, values, strict=True) if getattr(description, n) != v}
+        possible = description.eye is not None or changes.get("depth_kind") != "view-z"
+        possible &= "logarithmic" not in (changes.get("depth_kind"), description.depth_kind) or "depth_kind" in changes
         if "normals_kind" in changes:
             possible &= ("octahedral" in changes["normals_kind"]) == (textures["normals"].shape[2] == 2)
         if possible and 1 <= len(changes) <= most:
-            yield from _changed(said, changes)
-    if tried["depth_kind"] and said.depth_kind == "logarithmic":
-        yield from _changed(said, {"depth_kind": "logarithmic"})
+            yield from _changed(description, changes)
+    if tried["depth_kind"] and description.depth_kind == "logarithmic":
+        yield from _changed(description, {"depth_kind": "logarithmic"})
 
 
-def _changed(said: Description, changes: dict[str, Any]) -> Iterator[tuple[Description, str]]:
-    """A changed description, or of logarithmic depth those of the usual constants, and the words for its changes."""
-    kind = changes.get("depth_kind", said.depth_kind)
-    constants = (None,) if kind != "logarithmic" else _CONSTANTS if len(changes) == 1 else (said.depth_constant or 1.0,)
+def _changed(description: Description, changes: dict[str, Any]) -> Iterator[tuple[Description, str]]:
+    """Yield a changed description and the words for its changes; logarithmic depth has one for each usual constant."""
+    kind = changes.get("depth_kind", description.depth_kind)
+    constants = (
+        (None,) if kind != "logarithmic" else _CONSTANTS if len(changes) == 1 else (description.depth_constant or 1.0,)
+    )
     for constant in constants:
-        told = {**changes, **({} if constant is None else {"depth_constant": constant})}
-        words = " and ".join(f"{n} = {v if n == 'depth_constant' else repr(v)}" for n, v in told.items()
-                             if getattr(said, n) != v)  # fmt: skip
+        fields = {**changes, **({} if constant is None else {"depth_constant": constant})}
+        words = " and ".join(f"{n} = {v if n == 'depth_constant' else repr(v)}" for n, v in fields.items()
+                             if getattr(description, n) != v)  # fmt: skip
         with suppress(InputError):  # radial depth of an orthographic camera
-            yield replace(said, **{"depth_constant": None, **told}), words
+            yield replace(description, **{"depth_constant": None, **fields}), words
 
 
-def fault_of(textures: Textures, said: Description) -> str:
-    """A sentence on textures that do not fit what is said of them, or each other; '' if they do."""
-    view = said.view
-    there = upright(textures, said)
-    z = distances(there["depth"], said)
+def fault_of(textures: Textures, description: Description) -> str:
+    """Return a sentence on textures that do not fit their description, or each other; '' if they fit."""
+    view = description.view
+    from_above = upright(textures, description)
+    z = distances(from_above["depth"], description)
     for j, i in np.argwhere(np.isnan(z))[:1]:
         planes = f" between planes at {view.lens[4]:g} and {view.lens[5]:g}" if view.screen_to_world is not None else ""
-        stored = f"{there['depth'][j, i]:g} at column {i}, row {j} from above"
-        return f"depth: {stored} is no depth of depth_kind = '{said.depth_kind}'{planes}"
+        stored = f"{from_above['depth'][j, i]:g} at column {i}, row {j} from above"
+        return f"depth: {stored} is no depth of depth_kind = '{description.depth_kind}'{planes}"
     surface = np.isfinite(z)
-    for name, texture in there.items():
+    for name, texture in from_above.items():
         if not np.isfinite(texture[surface]).all():
             return f"{name}: a number is not finite where there is a surface"
-    fault = beyond_far(there["depth"], z, said)
-    if not fault and "positions" in there:
-        fault = _fault_of_positions(there["positions"][surface], z, said)
-    if not fault and "normals" in there:
-        fault = _fault_of_normals(there["normals"][surface], surface, said)
-        if not fault and (angle := angle_to_normals(there, said)).smooth and angle.degrees > _STEEP:
+    fault = beyond_far(from_above["depth"], z, description)
+    if not fault and "positions" in from_above:
+        fault = _fault_of_positions(from_above["positions"][surface], z, description)
+    if not fault and "normals" in from_above:
+        fault = _fault_of_normals(from_above["normals"][surface], surface, description)
+        if not fault and (angle := angle_to_normals(from_above, description)).smooth and angle.degrees > _STEEP:
             fault = f"normals: they are {angle.degrees:.2g} degrees off the surface of depth (median)"
     return fault
 
 
-def _fault_of_positions(stored: Single, z: Double, said: Description) -> str:
-    """A sentence on positions, (n, 3) of the surface's texels, that are not those of the view and of z, or ''."""
-    view = said.view
+def _fault_of_positions(stored: Single, z: Double, description: Description) -> str:
+    """Return a sentence on positions, (n, 3) of the surface's texels, that view and z do not have, or ''."""
+    view = description.view
     surface = np.isfinite(z)
-    points = points_of(stored, said)
+    points = points_of(stored, description)
     away = np.abs(view.world_to_image(points)[:, :2] - (np.argwhere(surface)[:, ::-1] + 0.5))
     landing = _share(np.maximum(away[:, 0], away[:, 1]) < 1)
     if landing < _ENOUGH:
@@ -152,18 +158,18 @@ def _fault_of_positions(stored: Single, z: Double, said: Description) -> str:
     return "" if agreeing >= _ENOUGH else f"depth: {100 * agreeing:.3g} % of it is that of the positions"
 
 
-def _fault_of_normals(stored: Single, surface: NDArray[np.bool_], said: Description) -> str:
-    """A sentence on normals, (n, 3) or (n, 2) of the surface's texels, that are no units or face away, or ''."""
+def _fault_of_normals(stored: Single, surface: NDArray[np.bool_], description: Description) -> str:
+    """Return a sentence on normals, (n, 3) or (n, 2), that are no unit vectors or face away, or ''."""
     directions = np.empty((*surface.shape, 3))
-    write_directions(said.view.rays, np.ravel(said.view.world_from_cast), directions)
-    whole = _share(np.abs(lengths(decoded(stored, said.normals_kind)) - 1) < _UNIT)
+    write_directions(description.view.rays, np.ravel(description.view.world_from_cast), directions)
+    whole = _share(np.abs(lengths(decoded(stored, description.normals_kind)) - 1) < _UNIT)
     if whole < _ENOUGH:
         return f"normals: {100 * whole:.3g} % of them are of length 1"
-    x, y, z = (directions_of(stored, said) * directions[surface]).T
+    x, y, z = (directions_of(stored, description) * directions[surface]).T
     facing = _share((x + y) + z < 0)
     return "" if facing >= _ENOUGH else f"normals: {100 * facing:.3g} % of them face the viewer"
 
 
 def _share(flags: NDArray[np.bool_]) -> float:
-    """Share of those that are true; 1 of none."""
+    """Return the share of flags that are true; 1 if there are none."""
     return float(flags.mean()) if flags.size else 1.0

@@ -51,15 +51,15 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
     """Write an item's file, with digests and identity; InputError if it cannot be written."""
     begin = time.perf_counter()
     parts = exr_parts(textures)
-    parts[0] = with_attributes(parts[0], **_said(job, item), made_from=json.dumps(job.identity(item)))
+    parts[0] = with_attributes(parts[0], **_metadata_of(job, item), made_from=json.dumps(job.identity(item)))
     hashed = time.perf_counter()
     write_exr(job.path(item), parts, sealed=True)
     made = _write_picture(job, item, parts)
     written = time.perf_counter()
     picture = _strip(job, item, parts)
     seconds = {"digest": hashed - begin, "write": written - hashed, "contact": time.perf_counter() - written}
-    asked = job.neighbours[item.view]
-    entry = entry_of(job.views[item.view], job.path(item), parts, {**textures.seconds, **seconds}, asked)
+    neighbours = job.neighbours[item.view]
+    entry = entry_of(job.views[item.view], job.path(item), parts, {**textures.seconds, **seconds}, neighbours)
     return Result(entry | made, picture)
 
 
@@ -78,8 +78,8 @@ def _write_picture(job: Job, item: Item, parts: Sequence[Part]) -> dict[str, Any
     return {"picture": {"file": path.name, "sha256": sha256(data).hexdigest()}}
 
 
-def _said(job: Job, item: Item) -> dict[str, str]:
-    """A file's metadata of the job that any viewer shows; the manifest has all of it."""
+def _metadata_of(job: Job, item: Item) -> dict[str, str]:
+    """Return a file's metadata on the job, which any viewer shows; the manifest has all of it."""
     views = set_of(job.head)
     sampling = job.head["sampling"]
     display = job.head["display"] if views is None else {"name": views.name}
@@ -110,8 +110,8 @@ def recover_view(job: Job, item: Item) -> Result | None:
     wanted = job.identity(item)
     if made_from != wanted:
         other = ", ".join(name for name in wanted if made_from.get(name) != wanted[name])
-        told = f"it was rendered with other parameters ({other}): --resume goes on with the same job only"
-        raise InputError(f"{path}: {told}")
+        reason = f"it was rendered with other parameters ({other}): --resume goes on with the same job only"
+        raise InputError(f"{path}: {reason}")
     if not whole:
         return None
     made = _write_picture(job, item, parts)

@@ -159,12 +159,14 @@ class Rendered(Table, Sequence[Textures]):
     (1, 'module_000')
     """
 
-    def __init__(self, caster: RayCaster, views: Sequence[View], asked: Sequence[tuple[View, ...]], settings: Settings):
+    def __init__(
+        self, caster: RayCaster, views: Sequence[View], neighbours: Sequence[tuple[View, ...]], settings: Settings
+    ):
         self._caster = caster
         self._views = views
-        self._asked = asked
+        self._neighbours = neighbours
         self._settings = settings
-        self._cache = DepthCache(caster, textures_kept(asked))
+        self._cache = DepthCache(caster, textures_kept(neighbours))
 
     def __len__(self) -> int:
         return len(self._views)
@@ -187,7 +189,7 @@ class Rendered(Table, Sequence[Textures]):
             raise InputError(f"the number of a view is {shown(number)}, it must be a whole number, or a slice")
         if not -len(self) <= whole < len(self):
             raise IndexError(f"there is no view {whole} among the {len(self)} that are rendered")
-        neighbours = self._cache.neighbours(self._asked[number], self._settings.caster)
+        neighbours = self._cache.neighbours(self._neighbours[number], self._settings.caster)
         self._caster = self._caster.of_view(self._views[number])
         textures = render_view(self._caster, self._views[number], self._settings, neighbours)
         doubts.warn(doubts.of_views([] if textures.surface_texels else [textures.view.name]))
@@ -244,5 +246,5 @@ def render(
     views = module_views(mesh, display, modules)
     doubts.warn(doubts.of_display(display))
     doubts.warn(doubts.of_radii(mesh, views, settings, [mesh.bounds]))
-    asked = neighbour_views(mesh, display, settings.neighbours, modules)
-    return Rendered(RayCaster(mesh, views[0].cast_from_world, threads), views, asked, settings)
+    neighbours = neighbour_views(mesh, display, settings.neighbours, modules)
+    return Rendered(RayCaster(mesh, views[0].cast_from_world, threads), views, neighbours, settings)

@@ -145,10 +145,10 @@ class Renderer:
 
     def adjacent(self, item: Item) -> list[Neighbour]:
         """Mapping and depth texture of each module that an item of the frame that is prepared asks."""
-        asked = self.job.neighbours[item.view]
-        if self._depths is None and asked:
+        neighbours = self.job.neighbours[item.view]
+        if self._depths is None and neighbours:
             self._depths = DepthCache(self.prepare(item), textures_kept(self.job.neighbours))
-        return [] if self._depths is None else self._depths.neighbours(asked, self.job.settings.caster)
+        return [] if self._depths is None else self._depths.neighbours(neighbours, self.job.settings.caster)
 
     def textures(self, item: Item) -> Textures:
         """An item's textures; their seconds include those of building trees for it."""

@@ -11,14 +11,14 @@ from lfssao.optics.kernels.rays import write_lines
 from lfssao.rendering.decoding import DISTANCES, Single, directions_of, distances, lengths, units
 from lfssao.rendering.view_file import Description
 
-_LINES = 128  # on which the surface is looked at
-_COARSE = 32  # of halves, which have no digits for the slope between neighbours of more
+_LINES = 128  # texels from one measured slope to the next are the texture's size over this
+_COARSE = 32  # the same for halves, which do not resolve slopes between nearer texels
 _SAMPLES = 5_000
-_FEWEST = 50  # texels that say something
+_FEWEST = 50  # texels below which no angle is measured
 _FLAT = 0.98  # length of the mean of the four triangles' normals at a texel where the surface bends little
-_SHARE = 0.25  # of the texels, those where it bends least, that are looked at
-_OCTAVES = 12  # of the far plane, or the planes' distance, that are searched to each side, and then in fine steps
-_FINE = 6
+_SHARE = 0.25  # share of the texels that are measured, those where the surface bends least
+_OCTAVES = 12  # of the far plane's distance, or the planes', that are searched to each side
+_FINE = 6  # steps an octave of the second search
 _MOST_RATIO = 20.0  # octaves between planes beyond which nothing changes
 
 
@@ -30,21 +30,21 @@ class Angle(NamedTuple):
     smooth: bool  # whether the surface bends little at most of these; leaves and grass do at none
 
 
-def angle_to_normals(there: Mapping[str, Single], said: Description) -> Angle:
-    """The angle between normals and surface where that bends least.
+def angle_to_normals(from_above: Mapping[str, Single], description: Description) -> Angle:
+    """Return the angle between normals and surface where the surface bends least.
 
-    The surface is that of four triangles with the texels on each side. The angle is 0 for too few texels to tell. The
-    textures ``there`` begin above.
+    The surface is that of four triangles with the texels on each side. The angle is 0 where too few texels have one.
+    from_above: the textures, row 0 above.
     """
-    depth = there["depth"]
-    normals = there["normals"]
-    view = said.view
+    depth = from_above["depth"]
+    normals = from_above["normals"]
+    view = description.view
     height, width = depth.shape
     away = max(1, min(height, width) // (_COARSE if _is_half(depth) else _LINES))
     step = max(1, int((depth.size / _SAMPLES) ** 0.5))
     rows, columns = (part.ravel() for part in np.mgrid[away : height - away : step, away : width - away : step])
     places = [(rows + away * down, columns + away * right) for down, right in _CROSS]
-    z = [distances(depth[j, i][None], said, j[None], i[None])[0] for j, i in places]
+    z = [distances(depth[j, i][None], description, j[None], i[None])[0] for j, i in places]
     known = np.isfinite(np.stack(z)).all(axis=0)
     points = []
     for (j, i), along in zip(places, z, strict=True):
@@ -57,7 +57,7 @@ def angle_to_normals(there: Mapping[str, Single], said: Description) -> Angle:
             units(np.cross(x, y)) for x in (right - centre, centre - left) for y in (below - centre, centre - above)
         ]
         mean = ((sides[0] + sides[1]) + (sides[2] + sides[3])) / 4
-        n = directions_of(normals[rows[known], columns[known]], said)
+        n = directions_of(normals[rows[known], columns[known]], description)
         products = mean * n
         cosines = np.abs((products[:, 0] + products[:, 1]) + products[:, 2]) / (lengths(mean) * lengths(n))
     bent = lengths(mean)[np.isfinite(cosines)]
@@ -70,7 +70,7 @@ def angle_to_normals(there: Mapping[str, Single], said: Description) -> Angle:
 
 
 def _is_half(depth: Single) -> bool:
-    """Whether halves hold a texture's numbers."""
+    """Whether half floats hold all numbers of a texture."""
     with np.errstate(over="ignore", invalid="ignore"):
         return np.array_equal(depth, depth.astype(np.float16), equal_nan=True)
 
@@ -78,10 +78,15 @@ def _is_half(depth: Single) -> bool:
 _CROSS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))  # rows down and columns right of a texel
 
 
-def planes_that_fit(there: Mapping[str, Single], said: Description) -> list[tuple[float, int, str]]:
-    """Angles, degrees, at how many texels, and words, by other planes of a camera whose screen space z they scale."""
-    view = said.view
-    if view.screen_to_world is None or view.linear or said.depth_kind in DISTANCES or _is_half(there["depth"]):
+def planes_that_fit(from_above: Mapping[str, Single], description: Description) -> list[tuple[float, int, str]]:
+    """Return angle, degrees, number of texels, and words for each far plane that scales a camera's screen space z."""
+    view = description.view
+    if (
+        view.screen_to_world is None
+        or view.linear
+        or description.depth_kind in DISTANCES
+        or _is_half(from_above["depth"])
+    ):
         return []  # halves of screen space z look like those of nearer planes
     near, far, orthographic = view.lens[4:7].tolist()
     middle = 0.0 if orthographic else min(0.0, _MOST_RATIO - float(np.log2(far / near)))
@@ -94,7 +99,9 @@ def planes_that_fit(there: Mapping[str, Single], said: Description) -> list[tupl
                 continue
             lens = view.lens.copy()
             lens[5] = other
-            angle, count, _ = angle_to_normals(there, replace(said, view=with_lens(view, lens, view.cast_from_world)))
+            angle, count, _ = angle_to_normals(
+                from_above, replace(description, view=with_lens(view, lens, view.cast_from_world))
+            )
             words = f"a far plane about {other / near:.2g} times as far as the near plane, which is {far / near:.3g}"
             if count:
                 found.append((angle, count, f"planes {other - near:.2g} apart" if orthographic else words, exponent))

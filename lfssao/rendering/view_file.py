@@ -1,4 +1,4 @@
-"""How somebody's textures were seen and what they hold: a TOML file, a set of cameras, or a folder of ``render``."""
+"""Descriptions of another renderer's textures: a TOML file, a set of cameras, or a folder of ``render``."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -40,7 +40,7 @@ Size = tuple[int, int, int]  # width and height of a texture, its guard band inc
 
 @dataclass(frozen=True, eq=False)
 class Description:
-    """How textures are to be read."""
+    """How another renderer's textures are read."""
 
     view: View  # how they were seen
     eye: Matrix | None = None  # (3, 4) float64, world to the renderer's own eye space, rigid; None: it is not known
@@ -90,11 +90,11 @@ _FIELDS = tuple(field.name for field in fields(Description)[2:])  # that are key
 
 
 def read_description(path: Path, name: str, size: Size) -> Description:
-    """How textures of a size are to be read; InputError, with the file and the key, if a value is wrong.
+    """Return the description of textures of a size; InputError, with the file and the key, if a value is wrong.
 
-    ``path`` is a folder that 'lfssao render' wrote, of which the view ``name`` is taken, a JSON file of a set of
-    cameras, of which the camera ``name`` is (``camera_of_set``), or a TOML file with the fields of ``Description`` and
-    ``kind``: one of ``KINDS`` with the arguments of ``WorldToImage``'s method of that name, or
+    ``path`` is a folder that 'lfssao render' wrote, with a view ``name``; a JSON file of a set of cameras, with a
+    camera ``name`` (``camera_of_set``); or a TOML file with the fields of ``Description`` and ``kind``: one of
+    ``KINDS`` with the arguments of ``WorldToImage``'s method of that name, or
 
     - 'camera': ``view`` (world -> eye) and ``projection``, 4 x 4, rows as written for columns x, y, z, 1, or the
       transposes of these by ``layout`` 'columns', and ``clip``, one of ``CLIPS``: depth from -1 ('opengl') or 0 to 1, y
@@ -106,20 +106,20 @@ def read_description(path: Path, name: str, size: Size) -> Description:
         return Description(_folder(size, str(path if path.is_dir() else path.parent), name))
     is_set = path.suffix.lower() == ".json"
     eye = None
-    said: dict[str, Any]
+    fields_of_file: dict[str, Any]
     values = read_json(path) if is_set else parse_toml(read_text(path), str(path))
     with errors_of(str(path)), np.errstate(all="ignore"):  # numbers that overflow are refused
         if is_set:
             view, depth_bits, color_bits = camera_of_set(values, name, size)
-            said = {"depth_kind": "reversed", "depth_bits": depth_bits, "color_bits": color_bits}
+            fields_of_file = {"depth_kind": "reversed", "depth_bits": depth_bits, "color_bits": color_bits}
         else:
-            said = {field: values.pop(field) for field in _FIELDS if field in values}
+            fields_of_file = {field: values.pop(field) for field in _FIELDS if field in values}
             view = _made(values, size)
             eye = _rigid(values["view"], values.get("layout", LAYOUTS[0])) if "projection" in values else None
         numbers = view.lens, view.cast_from_world, view.world_from_cast, view.world_to_image.numbers
         if not all(np.isfinite(each).all() for each in numbers):
             raise InputError("its numbers are too large, or too small: those of the view are not finite")
-        return Description(view, eye, **said)
+        return Description(view, eye, **fields_of_file)
 
 
 def _made(values: dict[str, Any], size: Size) -> View:
@@ -137,7 +137,7 @@ def _made(values: dict[str, Any], size: Size) -> View:
 
 
 def _of_mapping(size: Size, mapping: WorldToImage) -> View:
-    """The view of a mapping, of slits with lens at x = 0 and observers at y = 0; InputError if there is none."""
+    """Return the view of a mapping; slits have the lens at x = 0, observers at y = 0. InputError if there is none."""
     if mapping.kind == MATRIX:
         return view_of_matrix(mapping.numbers.reshape(4, 4), *size)
     cast = mapping.numbers[:12].reshape(3, 4)
@@ -152,7 +152,7 @@ def _of_mapping(size: Size, mapping: WorldToImage) -> View:
 
 
 def _rigid(view: ArrayLike, layout: str) -> Matrix:
-    """World -> eye, (3, 4); InputError if it is not rigid."""
+    """Return world -> eye, (3, 4); InputError if it is not rigid."""
     matrix = finite_numbers("view", view, 4, 4)
     rows = matrix if layout == LAYOUTS[0] else matrix.T
     if rows[3].tolist() != [0, 0, 0, 1]:
@@ -197,7 +197,7 @@ def _module(size: Size, display: str, module: int, physical_from_world: ArrayLik
 
 
 def _folder(size: Size, folder: str, name: str) -> View:
-    """A view of a rendered folder, by the numbers of its manifest."""
+    """Return a view of a rendered folder by the numbers of its manifest."""
     path = Path(str(folder))
     name = str(name)
     manifest = load_manifest(path)
@@ -205,8 +205,8 @@ def _folder(size: Size, folder: str, name: str) -> View:
         views = {str(entry["name"]): entry["view"] for entry in manifest["views"]}
         check_choice("view", name, views)
         view = view_of(name, views[name])
-    there = view.width, view.height, view.guard
-    if there != size:
-        told = [f"{w}x{h} texels, {g} of them a guard band on each side," for w, h, g in (there, size)]
-        raise InputError(f"{path}: its view {name} has {told[0]} the textures have {told[1].rstrip(',')}")
+    described = view.width, view.height, view.guard
+    if described != size:
+        sizes = [f"{w}x{h} texels, {g} of them a guard band on each side," for w, h, g in (described, size)]
+        raise InputError(f"{path}: its view {name} has {sizes[0]} the textures have {sizes[1].rstrip(',')}")
     return view

@@ -55,10 +55,10 @@ def sliders(draw: Callable[..., Any], **values: Sequence[Any]) -> Any:
             sentence.value = str(error)
 
     class Sliders(widgets.VBox):  # type: ignore[misc]
-        def _repr_mimebundle_(self, **asked: Any) -> dict[str, Any]:
-            said = ", ".join(f"{name} = {_text(control.value)}" for name, control in controls.items())
-            made: dict[str, Any] = super()._repr_mimebundle_(**asked)
-            return made | {"text/plain": f"sliders: {said}", "image/png": b64encode(picture.value).decode()}
+        def _repr_mimebundle_(self, **options: Any) -> dict[str, Any]:
+            shown_values = ", ".join(f"{name} = {_text(control.value)}" for name, control in controls.items())
+            made: dict[str, Any] = super()._repr_mimebundle_(**options)
+            return made | {"text/plain": f"sliders: {shown_values}", "image/png": b64encode(picture.value).decode()}
 
     for control in controls.values():
         control.observe(redraw, names="value")

@@ -23,7 +23,7 @@ from lfssao.bench.stability.exact import Formulas
 from lfssao.bench.stability.inputs import along_rays, near, scene
 from lfssao.bench.stability.measure import PATHS, Measured
 from lfssao.bench.stability.occlusions import OCCLUSIONS, SAMPLED, SAMPLING
-from lfssao.bench.stability.table import BROKEN, DEGRADED, LACKING, REFUSED, WITHIN, Case, Lack, Refusal
+from lfssao.bench.stability.table import BROKEN, DEGRADED, NOT_EXACT, REFUSED, WITHIN, Case, NotExact, Refusal
 from lfssao.bench.stability.tracked import Arithmetic, Doubt, in_doubt
 from lfssao.cli.main import main
 from lfssao.core.numbers import larger, power, select, smaller, smoothstep
@@ -70,9 +70,9 @@ def test_what_cannot_be_served_is_refused(case):
 
 
 def test_estimators_without_exact_values_are_listed():
-    lacks = [case for case in CASES if isinstance(case, Lack)]
+    lacks = [case for case in CASES if isinstance(case, NotExact)]
     assert {"lf", *FORMULAS, *FILTERED, *(lack.path for lack in lacks)} == set(of_one_view())
-    assert [row.verdict for lack in lacks for row in lack.rows()] == [LACKING] * len(lacks)
+    assert [row.verdict for lack in lacks for row in lack.rows()] == [NOT_EXACT] * len(lacks)
 
 
 # The error analysis

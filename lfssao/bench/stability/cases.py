@@ -15,7 +15,7 @@ from lfssao.bench.stability.conditions import CONDITIONS, conditions
 from lfssao.bench.stability.inputs import mapped
 from lfssao.bench.stability.measure import PATHS
 from lfssao.bench.stability.occlusions import OCCLUSIONS, SAMPLED, occlusions
-from lfssao.bench.stability.table import Case, Inputs, Lack, Refusal, Stated
+from lfssao.bench.stability.table import Case, Inputs, NotExact, Refusal, Stated
 from lfssao.optics.display import Display, Module
 from lfssao.optics.display_file import find_display
 from lfssao.optics.kernels.projection import CROSSED_SLITS
@@ -134,12 +134,12 @@ def _cases() -> Iterator[Case]:
         yield Case(name, stiff, [(text, run) for case, text, run in inputs if case == name], stated, paths)
 
 
-def _lacking() -> Iterator[Lack]:
+def _not_exact() -> Iterator[NotExact]:
     """Estimators that have no formulas of texels; decisions of ``lf`` are those of the cases of a mapping."""
     for name, estimator in of_one_view().items():
         if name != "lf" and estimator.formulas is None:
             behind = "behind its sampling pass: the 2x2 average, the bytes and the bilateral passes are kernels"
-            yield Lack("formulas", name, behind if name in SAMPLED else "not written as formulas of texels")
+            yield NotExact("formulas", name, behind if name in SAMPLED else "not written as formulas of texels")
 
 
-CASES: tuple[Case | Lack | Refusal, ...] = (*_cases(), *_lacking(), *REFUSALS)
+CASES: tuple[Case | NotExact | Refusal, ...] = (*_cases(), *_not_exact(), *REFUSALS)

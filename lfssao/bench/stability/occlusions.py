@@ -36,14 +36,14 @@ SAMPLED = "sao", "sao-equation-1"  # estimators whose sampling pass alone is for
 
 _NEAR = "rounding may move a sample past a texel's edge or a surface"
 _BOX = "M2 - M1^2 cancels: the box is as wide as the root of what is left, over R"
-_WHATS: dict[str, tuple[str, Stated]] = {
+_ESTIMATES: dict[str, tuple[str, Stated]] = {
     "occlusion": (
         "its own arithmetic, against exact numbers",
         {"": (np.inf, _NEAR), "vo-area": (np.inf, _BOX)},
     ),
     SAMPLING: ("its own arithmetic, against exact numbers: A before averages, bytes and bilateral passes", {}),
 }
-OCCLUSIONS = {f"{what} in {path}": stated for what, stated in _WHATS.items() for path in PATHS}
+OCCLUSIONS = {f"{what} in {path}": stated for what, stated in _ESTIMATES.items() for path in PATHS}
 
 # Textures of a view by name, and R, texels.
 _INPUTS: dict[str, tuple[Callable[[str], Buffers], float]] = {

@@ -13,12 +13,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from lfssao.bench.stability.measure import Measured
-from lfssao.bench.stability.table import BROKEN, DEGRADED, LACKING, REFUSED, WITHIN, Row
+from lfssao.bench.stability.table import BROKEN, DEGRADED, NOT_EXACT, REFUSED, WITHIN, Row
 from lfssao.files.whole import write_text, write_whole
 
 _NUMBERS = "condition", "ulp", "error", "rms", "bound"
 # From best to worst.
-_COLORS = {WITHIN: "#d9ead3", DEGRADED: "#f6c667", LACKING: "#eeeeee", REFUSED: "#b7c9e2", BROKEN: "#d62728"}
+_COLORS = {WITHIN: "#d9ead3", DEGRADED: "#f6c667", NOT_EXACT: "#eeeeee", REFUSED: "#b7c9e2", BROKEN: "#d62728"}
 
 
 def as_text(rows: Sequence[Row], all_rows: bool = False) -> str:
@@ -51,7 +51,7 @@ def _groups(rows: Sequence[Row]) -> Iterable[list[Row]]:
     groups: dict[tuple[str, ...], list[Row]] = {}
     for row in rows:
         if row.verdict != WITHIN:
-            own = row.path if row.verdict == LACKING else ""
+            own = row.path if row.verdict == NOT_EXACT else ""
             groups.setdefault((row.case, row.verdict, row.reason, own), []).append(row)
     return groups.values()
 

@@ -15,7 +15,7 @@ Stated = Mapping[str, tuple[float, str]]
 
 WITHIN = "within bound"
 DEGRADED = "degraded as stated"
-LACKING = "no exact value"
+NOT_EXACT = "no exact value"
 REFUSED = "refused"
 BROKEN = "broken"
 
@@ -29,7 +29,7 @@ class Row:
     input: str
     path: str  # 'float32' or 'float64', or the estimator whose float32 is compared with its float64
     measured: Measured | None  # errors and decisions; None if the input is refused, or there is no exact value
-    verdict: str  # WITHIN, DEGRADED, LACKING, REFUSED, or BROKEN if it is not what the case states
+    verdict: str  # WITHIN, DEGRADED, NOT_EXACT, REFUSED, or BROKEN if it is not what the case states
     reason: str = ""  # the degradation or the lack, or the sentence of the refusal
 
 
@@ -58,7 +58,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Lack:
+class NotExact:
     """An estimator without exact values."""
 
     name: str
@@ -67,7 +67,7 @@ class Lack:
 
     def rows(self) -> Iterator[Row]:
         """One row."""
-        yield Row(self.name, "what cannot be computed in exact numbers", "all", self.path, None, LACKING, self.why)
+        yield Row(self.name, "what cannot be computed in exact numbers", "all", self.path, None, NOT_EXACT, self.why)
 
 
 @dataclass(frozen=True)

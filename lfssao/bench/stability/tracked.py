@@ -264,8 +264,8 @@ class Tracked:
         if not isinstance(other, Tracked) and not isfinite(other):
             return np.bool_(other * sign > 0) if self.error < inf else Doubt(other * sign > 0, self.arithmetic)
         b = self._of(other)
-        room = sign * (b.value - self.value)
-        return _fact(room > 0, abs(room), self.error + b.error, self.arithmetic)
+        difference = sign * (b.value - self.value)
+        return _fact(difference > 0, abs(difference), self.error + b.error, self.arithmetic)
 
     def __getitem__(self, _all: tuple[()]) -> "Tracked":
         return self
@@ -381,9 +381,9 @@ def _where(work: Arithmetic, condition: Any, x: Any, y: Any) -> Any:
     return hull(exact, [other]) if in_doubt(condition) else exact
 
 
-def _fact(true: bool, room: Fraction, error: float, arithmetic: Arithmetic) -> Any:
-    """A comparison of numbers whose difference is ``room`` without rounding, and off by up to ``error``."""
-    return Doubt(true, arithmetic) if 0 < error >= float(room) else np.bool_(true)
+def _fact(true: bool, difference: Fraction, error: float, arithmetic: Arithmetic) -> Any:
+    """Return a comparison of numbers by their exact difference, whose rounding error is up to ``error``."""
+    return Doubt(true, arithmetic) if 0 < error >= float(difference) else np.bool_(true)
 
 
 def _is_zero(x: Tracked) -> bool:

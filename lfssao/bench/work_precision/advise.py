@@ -126,5 +126,5 @@ def advice(
         within = [p for p in front[::-1] if p["ms"] <= (max_ms or 0.0)]
         nearest = front[0]
         limit = f"that is better than a constant takes at most {max_ms:g} ms: the fastest is"
-    said, p = ("Take", within[0]) if within else (f"No measured setting {limit}", nearest)
-    return f"{said} {describe(p)}: {p['ms']:.3g} ms, {error} error {p['error']:.3g}{margin(p)} ({where})."
+    verb, p = ("Take", within[0]) if within else (f"No measured setting {limit}", nearest)
+    return f"{verb} {describe(p)}: {p['ms']:.3g} ms, {error} error {p['error']:.3g}{margin(p)} ({where})."

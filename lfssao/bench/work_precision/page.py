@@ -17,8 +17,10 @@ def as_text(result: dict[str, Any]) -> str:
     out = ["# Error against run time", "", _about(result), "", "## Which setting to take", ""]
     for error in advise.ERRORS:
         if advise.points_of(result, error):
-            said = {advise.advice(result, error, max_ms=limit): limit for limit in reversed(_TIMES)}  # each once
-            out += [*(f"- At most {limit:g} ms: {sentence}" for sentence, limit in reversed(said.items())), ""]
+            limit_of = {
+                advise.advice(result, error, max_ms=limit): limit for limit in reversed(_TIMES)
+            }  # each sentence once
+            out += [*(f"- At most {limit:g} ms: {sentence}" for sentence, limit in reversed(limit_of.items())), ""]
     out += ["## Without work, and the truth's own error", "", *_nulls(result)]
     out += ["", "## At equal time", "", *_at_equal_time(result)]
     out += ["", "## All estimators", "", *_estimators(result)]

@@ -136,8 +136,8 @@ def eye_page(
 def _check_size(folder: Path, needed: int) -> None:
     """Refuse (InputError) pictures of so many bytes on a graphics card that a page does not hold them."""
     if needed > MOST_BYTES:
-        told = f"{needed >> 20} MB of pictures, a page holds {MOST_BYTES >> 20}"
-        raise InputError(f"{folder}: {told}: take fewer modules or a smaller width")
+        reason = f"{needed >> 20} MB of pictures, a page holds {MOST_BYTES >> 20}"
+        raise InputError(f"{folder}: {reason}: take fewer modules or a smaller width")
 
 
 def _of_display(display: Display, chosen: Sequence[int], eye_x: float | None) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""``lfssao ao``: AO, merge, blur and shading of the textures of somebody's own renderer."""
+"""``lfssao ao``: AO, merge, blur and shading of another renderer's textures."""
 
 import argparse
 from collections.abc import Mapping, Sequence
@@ -158,7 +158,7 @@ def _read(
 
 
 def _numbers(option: str, path: Path, texture: NDArray[Any], bits: int | None) -> Single:
-    """A texture as float32; InputError for codes of which the bits are not said, or that have more."""
+    """Return a texture as float32; InputError for codes whose bits are not given, or that have more."""
     if texture.dtype.kind == "f":
         return texture.astype(np.float32)
     if bits is None:

@@ -10,7 +10,7 @@ from lfssao.core.threads import MOST_THREADS
 from lfssao.errors import InputError
 from lfssao.optics.view import MOST_GUARD
 
-# Beyond these a command would run for hours or fill the memory, and nobody means it.
+# Larger values are slips: a command would run for hours or fill the memory.
 MOST_SAMPLES = 65_536
 MOST_BLUR = 1024.0  # texels
 LARGEST_RADIUS = 1e30  # as of coordinates (Mesh): sums of both are float32
@@ -115,7 +115,7 @@ def parameter(text: str) -> tuple[str, str]:
 
 
 def pairs(option: str, words: list[str], form: str, key: int) -> list[list[str]]:
-    """The two words of each use of an option, of which the one in place ``key`` is given once (InputError)."""
+    """Return the two words of each use of an option; InputError if the one in place ``key`` is given twice."""
     pairs = [word.split("=", 1) for word in words]
     for word, pair in zip(words, pairs, strict=True):
         if len(pair) < 2 or not all(pair):

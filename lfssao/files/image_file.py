@@ -47,7 +47,7 @@ def read_image_file(
 ) -> list[ImagePart]:
     """All parts of a file, in its order, of the formats that are accepted, by OpenImageIO's names, or NPY.
 
-    Row 0 is the upper one and column 0 the left one, whatever the file's Orientation. ``keep`` says by the names of a
+    Row 0 is the upper one and column 0 the left one, for any Orientation of the file. ``keep`` says by the names of a
     part and of its channels whether to read it; NPY is always read. Parts of other sizes than ``sizes`` are not
     decoded: their planes are 0 and take no memory. The ending .npy means NPY; other formats are recognised by their
     content. Raises InputError if the file is missing, of another format, damaged, or claims to hold more than it can.
@@ -86,7 +86,7 @@ def _read_with_oiio(
         kind = "an EXR file" if formats == ("openexr",) else "an image"
         raise InputError(f"{path}: it cannot be read as {kind} ({first_line(oiio.geterror())})")
     try:
-        if source.format_name() not in formats:  # OpenImageIO reads whatever image it finds
+        if source.format_name() not in formats:  # OpenImageIO reads images of any format
             known = [_NAMES[each] for each in formats]
             wanted = "an EXR file" if known == ["EXR"] else f"{', '.join(known)} or NPY"
             raise InputError(f"{path}: it is of format {source.format_name()}, not {wanted}")

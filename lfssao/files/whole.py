@@ -26,7 +26,7 @@ _CANNOT_SYNC = (errno.EINVAL, errno.ENOTSUP)  # by file systems that cannot sync
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Let ``write`` make a file under a temporary name in ``path``'s folder, sync it, rename it to ``path``, sync that.
 
-    The temporary name has the same ending and nobody can guess it; a file of the final name is replaced, its mode kept.
+    The temporary name has the same ending and cannot be guessed; a file of the final name is replaced, its mode kept.
     A device or pipe is written into. InputError if it cannot be written.
     """
     own = f"{_namespace()}.{os.getpid()}.{secrets.token_hex(8)}"
@@ -116,7 +116,7 @@ def _sync_folder(folder: Path) -> None:
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Remove the half-written files of processes that were killed here, and those of anybody that are a day old."""
+    """Remove half-written files of processes that were killed here, and those of others that are a day old."""
     for part in folder.glob(".*.part*"):
         found = re.fullmatch(r"\..*\.([0-9a-f]+)\.([0-9]+)\.[0-9a-f]{16}\.part(\..*)?", part.name)
         with suppress(OSError):
@@ -132,7 +132,7 @@ def _is_running(process: int) -> bool:
         os.kill(process, 0)
     except (ProcessLookupError, OverflowError):
         return False
-    except OSError:  # somebody else's
+    except OSError:  # another user's
         pass
     return True
 

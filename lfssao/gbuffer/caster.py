@@ -207,7 +207,7 @@ class RayCaster:
     def first_depths(self, lines: NDArray[np.float64]) -> NDArray[np.float64]:
         """The first hits of n lines in cast space: t of origin + t direction, infinity for none.
 
-        ``lines``, (n, 8) float64, are the points at t = 0 and 1, of which the second has the larger z, and the least
+        ``lines``, (n, 8) float64, are the points at t = 0 and 1, the second with the larger z, and the least
         and greatest t; t is (n,) float64.
         """
         origin = lines[:, :3]

@@ -138,7 +138,7 @@ class Display(Summary):
         self._check_roi()
 
     def _demand(self, holds: bool, key: str, reason: str) -> None:
-        """Refuse a display of which something does not hold."""
+        """Refuse a display without a property that displays have."""
         if not holds:
             raise InputError(f"display {self.name}: {key}: {reason}")
 

@@ -1,4 +1,4 @@
-"""Lenslet displays: a panel behind a grid of small lenses, each of which shows its part of the panel (LF figure 6).
+"""Lenslet displays: a panel behind a grid of small lenses; each lens shows its part of the panel (LF figure 6).
 
 Physical space is that of ``lfssao.optics.display``, but the lenses lie in z = 0 and the panel behind them, at z = gap.
 A texel's light goes along the line from the texel's middle through the middle of its lens, in both directions alike:

@@ -45,7 +45,7 @@ def load_manifest(folder: Path) -> dict[str, Any]:
 
 @contextmanager
 def reading_manifest(folder: Path) -> Iterator[None]:
-    """Turn whatever a wrong manifest leads to in the block into an InputError that names its folder."""
+    """In the block, turn any error of a wrong manifest into an InputError that names its folder."""
     try:
         yield
     except InputError:

@@ -40,7 +40,7 @@ class Job:
     neighbours: tuple[tuple[View, ...], ...]  # the adjacent modules that each view asks
     boxes: tuple[NDArray[np.float64], ...]  # around the scene in each frame, (2, 3)
     transforms: tuple[Matrix, ...] | None = None  # world -> world of each frame, (3, 4) float64; None for a still
-    png: bool = False  # whether a picture of the shaded texture is written beside each EXR file
+    png: bool = False  # whether a picture of the shaded texture is written with each EXR file
     quilts: Mapping[str, str] = field(default_factory=dict)  # names of pictures of all views of a quilt, by layers
     panel: bool = False  # whether the panel's texture is written, of all lenses of a lenslet display
 

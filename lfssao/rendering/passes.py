@@ -74,10 +74,11 @@ def finish_view(
     surface_texels = int(np.count_nonzero(gbuffer.triangle >= 0))
 
     def run(name: str, work: Callable[[], Made], blank: Made) -> Made:
-        """A pass, or ``blank`` where the view sees no surface or nobody reads its layer."""
+        """Run a pass; ``blank`` stands for its result where the view sees no surface, or no layer needs it."""
         return _timed(seconds, name, work) if surface_texels and _LAYER_OF[name] in computed else blank
 
-    size = (0, 0) if surface_texels else gbuffer.depth.shape  # nobody reads a layer left out of a view with a surface
+    # Only views without a surface return these blanks, so others make them empty.
+    size = (0, 0) if surface_texels else gbuffer.depth.shape
     zero = np.zeros(size, np.float32)
     black = np.zeros((*size, 3), np.float32)
     unoccluded = [Occlusion(zero, 0)] * len(settings.radii)

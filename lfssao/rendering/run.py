@@ -1,4 +1,4 @@
-"""Items to files: in this process, files being written while the next passes run, or on anybody's executor."""
+"""Runs a job: renders each item and writes its file, in this process or on an executor."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""Checks of somebody's sampler, and promises as assertions of a test."""
+"""Checks of a user's sampler, and promises as assertions of a test."""
 
 import inspect
 import warnings
@@ -69,7 +69,7 @@ def assert_sampler(
     promises: Sequence[str] = CHECKED,
     **options: Any,
 ) -> None:
-    """Assert that a sampler keeps promises, and that the sets of so many points and seeds are enough to tell.
+    """Assert that a sampler keeps promises, and that sets of this size and number of seeds are enough to show it.
 
     Parameters
     ----------

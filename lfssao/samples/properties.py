@@ -1,4 +1,4 @@
-"""The promises of sampling methods, each as a check of anybody's points.
+"""The promises of sampling methods, each as a check of points.
 
 A check returns findings: a number that was counted or measured, and the most that it may be. Counts have the limit 0.
 Statistics have a p-value in place of a limit, and say which bias they would not find. They find one in independent

@@ -1,4 +1,4 @@
-"""Files that a mesh file names, and whatever else it makes its reader take memory for."""
+"""Files that a mesh file names, and the memory that a mesh file makes its reader take."""
 
 import io
 from collections.abc import Callable
@@ -106,12 +106,12 @@ class Assets:
                 raise InputError(f"{self._path}: it names the image '{name}', which {problem}")
 
     def check_texture(self, image: Any) -> None:
-        """Refuse a mesh whose textures, of which this is one more, take too much memory together."""
+        """Refuse a mesh whose textures, with this one, take too much memory together."""
         self._textures += bytes_of(image)
         self.check("its textures", self._textures)
 
     def check(self, what: str, needed: float) -> None:
-        """Refuse a mesh of which a part needs too many bytes of memory."""
+        """Refuse a mesh with a part that needs too many bytes of memory."""
         check_expansion(f"{self._path}: {what}", needed, self._held)
 
     def note(self, sentence: str) -> None:

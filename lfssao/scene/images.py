@@ -39,7 +39,7 @@ def read_image(path: Path) -> NDArray[np.float32]:
 def opacity(image: Any) -> NDArray[np.float32] | None:
     """Opacity of a Pillow image that is not loaded, (h, w), 0 to 1; None where it is opaque.
 
-    ValueError for opacity of 16 bits, of which Pillow gives 8.
+    ValueError for opacity of 16 bits: Pillow gives 8 of them.
     """
     if not image.has_transparency_data:
         return None
@@ -83,7 +83,7 @@ def _decode_16(codes: NDArray[np.uint16]) -> NDArray[np.float32]:
 
 
 def _codes(image: Any, layout: str) -> NDArray[np.uint16]:
-    """Colours of 16 bits, (h, w, 3), of which Pillow gives 8: it takes a file twice, in both orders of bytes."""
+    """Return colours of 16 bits, (h, w, 3). Pillow gives 8 bits, so a file is read twice, in both orders of bytes."""
     found = re.fullmatch(r"(RGB[AX]?);16([BLN])|LA;16B", layout)
     if not found:
         raise ValueError(f"of pixels stored as {layout} only 8 bits can be read")

@@ -35,7 +35,7 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
     file, but no archive, that trimesh reads; transforms are applied.
     The texture is an image for a mesh with texture coordinates; it takes the place of images that the file names. The
     mesh has the diffuse colours of textures, materials, vertices or faces, where the file has them. An OBJ's image
-    takes the place of its Kd (exporters write a Kd of 0 or 0.8 beside it); glTF's factors multiply.
+    takes the place of its Kd (exporters write a Kd of 0 or 0.8 with it); glTF's factors multiply.
 
     InputError if the file is missing, cannot be read or holds no triangles; if it names an image that is missing or
     cannot be read and no texture is given; if a texture is given to a mesh without texture coordinates; if the mesh is
@@ -87,5 +87,5 @@ def _read(path: Path, assets: Assets) -> list[Part]:
             return _READERS.get(path.suffix.lower(), read_by_trimesh)(path, data, assets)
     except InputError:
         raise
-    except Exception as error:  # whatever the format's reader stumbled over
+    except Exception as error:  # any that the format's reader raises
         raise InputError(f"{path}: it cannot be read as a mesh ({reason_of(path, error)})") from error

@@ -101,7 +101,7 @@ def _by_words(values: FloatArray, counts: IntArray, width: int) -> _Rows | None:
 
 
 def _positions(path: Path, numbers: FloatArray) -> FloatArray:
-    """Positions, (V, 3), of which a fourth number divides the others."""
+    """Return positions, (V, 3); a fourth number divides the others."""
     if numbers.shape[1] == 3:
         return numbers
     if (numbers[:, 3] == 0).any():

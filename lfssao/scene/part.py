@@ -105,7 +105,7 @@ def distinct(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def join(parts: list[Part]) -> dict[str, Any]:
-    """The arrays of a mesh that holds all parts, as ``Mesh`` takes them; beside normals, parts without are flat."""
+    """Return the arrays of a mesh of all parts, as ``Mesh`` takes them; some normals make parts without them flat."""
     if any(part.normals is not None for part in parts):
         for part in parts:
             if part.normals is None:

@@ -71,7 +71,7 @@ def _polygons(path: Path, face: Element) -> Polygons:
 
 
 def _strips(path: Path, element: Element) -> IntArray:
-    """Triangles, (T, 3), of strips, each of which ends with its list or at -1; every other one is turned around."""
+    """Return triangles, (T, 3), of strips that end with their list or at -1; every second triangle is reversed."""
     name = next((name for name in _INDICES if name in element.lists), None)
     if name is None:
         raise InputError(f"{path}: its strips of triangles have no list '{_INDICES[0]}'")

@@ -1,4 +1,4 @@
-"""Figures of the notebooks, and sliders for whatever draws one.
+"""Figures of the notebooks, and sliders for functions that draw one.
 
 ``__init__.pyi`` has the names, which are imported when they are first used.
 """

@@ -1,4 +1,4 @@
-"""Sliders for the arguments of whatever draws a picture, and those for the main settings of AO on a display."""
+"""Sliders for the arguments of a function that draws a picture, and for the main settings of AO on a display."""
 
 from base64 import b64encode
 from collections.abc import Callable, Sequence

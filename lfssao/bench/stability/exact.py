@@ -27,7 +27,7 @@ from lfssao.optics.kernels.display import display_module, display_to_image
 from lfssao.optics.kernels.projection import DISPLAY, image_of
 from lfssao.samples.kernels.spiral import summed_angle, unit_of
 
-OUTSIDE = None  # in place of a texel's number: there is no image, or it lies beside the texture
+OUTSIDE = None  # in place of a texel's number: there is no image, or it lies outside the texture
 Image = tuple[Tracked, Tracked, Any]  # u, v, and whether the mapping is defined there: a bool or a doubt
 
 FAR = 2**21  # texels, beyond which samples read the level of this distance

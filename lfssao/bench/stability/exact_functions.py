@@ -11,7 +11,7 @@ ROOT = 300  # bits of a root's value
 
 
 def shortened(value: Fraction) -> Fraction:
-    """A value of at most so many bits."""
+    """Return a value cut to the bits that are kept."""
     n = value.numerator
     d = value.denominator
     if d.bit_length() <= _BITS:

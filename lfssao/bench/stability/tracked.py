@@ -41,7 +41,7 @@ class Arithmetic:
     def number(self, value: Any, error: float = 0.0) -> "Tracked":
         """A value off by at most ``error``, rounded to the format; without error it stays so if that holds it.
 
-        Infinities, and NaN, are numbers of which nothing is known.
+        Infinities and NaN have an unbounded error.
         """
         if not isinstance(value, Fraction):
             if not isfinite(value):
@@ -75,8 +75,8 @@ class Arithmetic:
 class Tracked:
     """A number of a computation; operators give the result of the same rounded operation.
 
-    A plain number beside it is rounded to the format. Comparisons give a bool where errors cannot change it, else a
-    ``Doubt``. ``numpy.where`` of a doubt gives what either number may be.
+    The other operand, a plain number, is rounded to the format. Comparisons give a bool where errors cannot change it,
+    else a ``Doubt``. ``numpy.where`` of a doubt gives what either number may be.
     """
 
     def __init__(self, value: Fraction, error: float, arithmetic: Arithmetic) -> None:
@@ -89,7 +89,7 @@ class Tracked:
         return f"{float(self.value)} +- {self.error}"
 
     def _of(self, x: Any) -> Any:
-        """A number beside this one; None if it is none."""
+        """Return the other operand as a tracked number; None if it is no number."""
         if isinstance(x, Tracked):
             return x
         return self.arithmetic.number(x) if isinstance(x, _PLAIN) else None
@@ -187,7 +187,7 @@ class Tracked:
         return self.arithmetic.number(*functions.crude_root(self.value, self.error, self.arithmetic.unit > 0))
 
     def no_sectors(self) -> "Sectors":
-        """Sectors of which none is set."""
+        """Return sectors, none set."""
         return Sectors(0, 0, 0, self.arithmetic)
 
     def sectors_to(self, last: "Tracked") -> "Sectors":
@@ -364,7 +364,7 @@ def hull(exact: Any, others: Sequence[Any]) -> Any:
 
 
 def unknown(exact: Any) -> Any:
-    """The same number, or sectors, of which nothing is known after rounding."""
+    """Return the same number, or sectors, with an unbounded error."""
     if isinstance(exact, Sectors):
         return Sectors(exact.exact, 0, 2**32 - 1, exact.arithmetic)
     return Tracked(exact.value, inf, exact.arithmetic)

@@ -134,7 +134,7 @@ def eye_page(
 
 
 def _check_size(folder: Path, needed: int) -> None:
-    """Refuse (InputError) pictures of so many bytes on a graphics card that a page does not hold them."""
+    """Refuse (InputError) pictures that take more bytes on a graphics card than a page may."""
     if needed > MOST_BYTES:
         reason = f"{needed >> 20} MB of pictures, a page holds {MOST_BYTES >> 20}"
         raise InputError(f"{folder}: {reason}: take fewer modules or a smaller width")

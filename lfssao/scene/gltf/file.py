@@ -1,4 +1,4 @@
-"""The container of a glTF: JSON with its buffers beside it, within it or, in a GLB, behind it."""
+"""The container of a glTF: JSON with its buffers in files, within it or, in a GLB, behind it."""
 
 import base64
 import binascii

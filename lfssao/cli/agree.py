@@ -128,7 +128,7 @@ def _agree(options: argparse.Namespace) -> None:
 
 
 def _split(shared: Shared, own: Sequence[Texture]) -> Split | None:
-    """The parts of the reference's disagreement; None where its samples have no other seed."""
+    """Return the parts of the reference's disagreement; None where its samples have no other seed."""
     if not all(map(has_seed, shared.views)):
         return None
     with progress(shared.views, desc="other seed", unit="view") as bar:
@@ -142,7 +142,7 @@ def _split(shared: Shared, own: Sequence[Texture]) -> Split | None:
 
 
 def _bugs(renderer: Renderer, views: Sequence[RenderedView], mesh: str | None) -> "Found":
-    """The bugs of another renderer's textures."""
+    """Return the bugs of another renderer's textures."""
     from lfssao.verify.agree.bugs import find_bugs  # late: it imports what judges and diagnoses
 
     with working("bugs"):
@@ -150,7 +150,7 @@ def _bugs(renderer: Renderer, views: Sequence[RenderedView], mesh: str | None) -
 
 
 def _cast(shared: Shared, mesh: str | None) -> tuple[Values, float]:
-    """The values of ray-cast occlusion, and the root mean square of its own noise in differences."""
+    """Return the values of ray-cast occlusion, and the root mean square of its own noise in differences."""
     from lfssao.verify.agree import truth  # late: few ask for rays
 
     rays = truth.Truth(shared.views[0], mesh)
@@ -171,6 +171,6 @@ def _draw(path: Path, shared: Shared, read: dict[str, Values]) -> None:
 
 
 def _table(layer: str, found: dict[str, Disagreement]) -> list[str]:
-    """The differences of pairs of values, in lines."""
+    """Return the differences of pairs of values, in lines."""
     lines = [f"{layer:16s} RMS     above {LIMIT:g}"]
     return lines + [f"{name:16s} {each.rms:.4f} {100 * each.above:6.2f} %" for name, each in found.items()]

@@ -122,7 +122,7 @@ def _ao(options: argparse.Namespace) -> None:
 
 
 def _layers(asked: tuple[str, ...] | None, given: Mapping[str, Path]) -> tuple[str, ...]:
-    """The layers to write; InputError if one is asked for whose texture is not given."""
+    """Return the layers to write; InputError if one is asked for whose texture is not given."""
     needs = {"color": "image", "shaded": "image", "normals": "normals"}
     missing = {layer: name for layer, name in needs.items() if name not in given}
     for name in asked or ():
@@ -134,7 +134,7 @@ def _layers(asked: tuple[str, ...] | None, given: Mapping[str, Path]) -> tuple[s
 def _read(
     option: str, path: Path, rules: Mapping[str, str], size: Size | None = None, octahedral: bool = False
 ) -> tuple[NDArray[Any], Margins | None]:
-    """A layer of a file, (H, W) or (H, W, count), and its margins; alpha is left out.
+    """Return a layer of a file, (H, W) or (H, W, count), and its margins; alpha is left out.
 
     ``rules`` are names of layers and channels here, each with the file's own. InputError if it is not there, of another
     type, or not of the ``size``.
@@ -170,7 +170,7 @@ def _numbers(option: str, path: Path, texture: NDArray[Any], bits: int | None) -
 
 
 def _layer(parts: Sequence[ImagePart], wanted: Layer, rules: Mapping[str, str]) -> Layer:
-    """The layer that a rule names, else that of the name, else the only one of as many channels (InputError)."""
+    """Return the layer that a rule names, else that of the name, else the only one of as many channels (InputError)."""
     count = len(wanted.channels)
     opaque = [_without_alpha(layer) for layer in layers_of(parts)]
     if not rules.keys().isdisjoint(wanted.names):
@@ -192,6 +192,6 @@ def _layer(parts: Sequence[ImagePart], wanted: Layer, rules: Mapping[str, str]) 
 
 
 def _without_alpha(layer: Layer) -> Layer:
-    """The layer without the fourth channel if that is A."""
+    """Return the layer without the fourth channel if that is A."""
     count = 3 if [c.rpartition(".")[2] for c in layer.channels[3:]] == ["A"] else None
     return replace(layer, channels=layer.channels[:count], planes=layer.planes[:count])

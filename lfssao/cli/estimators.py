@@ -55,7 +55,7 @@ def _list(options: argparse.Namespace) -> None:
 
 
 def chosen(name: str) -> Estimator:
-    """The estimator of a name, or of a Python file, which is run; InputError with the line of a mistake."""
+    """Return the estimator of a name, or of a Python file, which is run; InputError with the line of a mistake."""
     if not name.endswith(".py"):
         return find_estimator(name)
     from lfssao.ao.estimators.own import read_estimator  # its trial needs a camera, and few have a file of their own
@@ -64,7 +64,7 @@ def chosen(name: str) -> Estimator:
 
 
 def _found(path: Path, estimator: Estimator) -> Iterator[str]:
-    """Facts of an estimator of one's own: the words of views that it reads, and its intervals on a few texels."""
+    """Yield facts of an estimator of one's own: the words of views that it reads, and its intervals on a few texels."""
     from lfssao.ao.estimators.own import few_texels, mistakes_in
     from lfssao.ao.formulas import Seen, words_of
     from lfssao.verify.bounds.points import point_bounds
@@ -85,7 +85,7 @@ def _found(path: Path, estimator: Estimator) -> Iterator[str]:
 
 
 def _meanings(estimator: Estimator) -> Iterator[str]:
-    """A line on each parameter: default, meaning, values."""
+    """Yield a line on each parameter: default, meaning, values."""
     for name, meaning in estimator.said("meaning").items():
         taken = ", ".join(estimator.said("choices").get(name, ()))
         if limits := estimator.said("limits").get(name):

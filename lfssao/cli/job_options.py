@@ -238,7 +238,7 @@ def _display(options: argparse.Namespace) -> Display | ViewSet:
 
 
 def _sizes(options: argparse.Namespace, display: Display | ViewSet) -> set[Size]:
-    """Sizes of the textures that are rendered, guard bands included."""
+    """Return sizes of the textures that are rendered, guard bands included."""
     if isinstance(display, ViewSet):
         sizes = display.sizes
     elif options.camera is not None or options.resolution is not None:
@@ -251,7 +251,7 @@ def _sizes(options: argparse.Namespace, display: Display | ViewSet) -> set[Size]
 def _quilts(
     options: argparse.Namespace, display: Display | ViewSet, settings: Settings, mesh: Mesh, count: int
 ) -> dict[str, str]:
-    """Names of the pictures of all views of a quilt by layers; none by default where one is missing."""
+    """Return names of the pictures of all views of a quilt by layers; none by default where one is missing."""
     asked = options.quilt
     kept = settings.kept
     if not isinstance(display, ViewSet) or display.KIND != "quilt" or count < display.count:
@@ -273,7 +273,7 @@ def _quilts(
 def ao_settings(
     options: argparse.Namespace, radii: tuple[float, ...], sizes: Collection[Size], **more: Any
 ) -> tuple[dict[str, Any], Settings]:
-    """The manifest's entry of the samples, and the settings of ``add_ao_options``'s options, and of ``more``.
+    """Return the manifest's entry of the samples, and the settings of ``add_ao_options``'s options, and of ``more``.
 
     ``sizes`` are those of the textures with their guard bands.
     """

@@ -122,7 +122,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def command_line() -> Parser:
-    """The parser of all commands."""
+    """Return the parser of all commands."""
     parser = Parser(prog="lfssao", text="all", description="Screen-space ambient occlusion for light field displays.")
     parser.add_argument("--version", action="version", version=f"lfssao {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND")

@@ -166,7 +166,7 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _read_files(patterns: list[str]) -> tuple[list[SampleSet], str | None]:
-    """The sets of files, or of standard input, without promises, and the domain that the first file names."""
+    """Return the sets of files, or of standard input, without promises, and the domain that the first file names."""
     paths = [Path(name) for p in patterns for name in ([p] if Path(p).exists() else sorted(glob(p)) or [p])]
     files = [read_stream(sys.stdin.buffer.read()) if str(path) == "-" else read_sets(path) for path in paths]
     points, _, named = files[0]

@@ -24,7 +24,7 @@ def printable(text: str) -> str:
 
 
 def progress(*items: Any, **more: Any) -> Any:
-    """A progress bar on a terminal, nothing in a pipe; ``with`` ends its line before a message."""
+    """Return a progress bar on a terminal, nothing in a pipe; ``with`` ends its line before a message."""
     if not sys.stderr.isatty():
         from tqdm import tqdm  # late: the help of all commands needs none
 
@@ -35,7 +35,7 @@ def progress(*items: Any, **more: Any) -> Any:
 
 
 def working(what: str) -> Any:
-    """A line with the time on a terminal while a block runs that has no steps to count; nothing in a pipe."""
+    """Return a line with the time on a terminal while a block runs that has no steps to count; nothing in a pipe."""
     return progress(desc=what, bar_format="{desc} {elapsed}", leave=False, delay=0.5)
 
 
@@ -49,7 +49,7 @@ def compiling_shown() -> AbstractContextManager[None]:
 
 
 def _size() -> dict[str, int]:
-    """A size for a terminal that does not know its own, on which tqdm would show nothing; else tqdm's choice."""
+    """Return a size for a terminal that does not know its own, on which tqdm would show nothing; else tqdm's choice."""
     try:
         size = os.get_terminal_size(sys.stderr.fileno())
     except (OSError, ValueError):

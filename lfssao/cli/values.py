@@ -22,7 +22,7 @@ def whole(least: int, most: int, most_text: str = "") -> Callable[[str], int]:
     """The type of whole numbers in a range; digits only, as int() would also take 1_0 and digits of other scripts."""
 
     def read(text: str) -> int:
-        """The whole number of a text."""
+        """Return the whole number of a text."""
         if not re.fullmatch(r"[+-]?[0-9]+", text, re.ASCII):
             raise argparse.ArgumentTypeError(f"'{_short(text)}' is not a whole number")
         # Python refuses to convert thousands of digits; forty are out of every range.
@@ -36,10 +36,10 @@ def whole(least: int, most: int, most_text: str = "") -> Callable[[str], int]:
 
 
 def number(what: str, holds: Callable[[float], bool]) -> Callable[[str], float]:
-    """The type of numbers for which ``holds`` is true; ``what`` says which these are."""
+    """Return the type of numbers for which ``holds`` is true; ``what`` says which these are."""
 
     def read(text: str) -> float:
-        """The number of a text."""
+        """Return the number of a text."""
         try:
             value = float(text)
         except ValueError:
@@ -67,7 +67,7 @@ finite = number("a finite number", math.isfinite)
 
 
 def samples_or_file(text: str) -> int | Path:
-    """A number of samples, or a file of them, whose name has an ending."""
+    """Return a number of samples, or a file of them, whose name has an ending."""
     return Path(text) if re.search(r"\.[A-Za-z]+$", text) else samples(text)
 
 
@@ -86,7 +86,7 @@ def vector(text: str) -> tuple[float, float, float]:
 
 
 def module_range(text: str) -> range:
-    """A range A:B of modules, or one of them."""
+    """Return a range A:B of modules, or one of them."""
     found = re.fullmatch(r"([0-9]{1,9})(?::([0-9]{1,9}))?", text, re.ASCII)
     if not found:
         wanted = "a range A:B of two whole numbers, such as 0:3 for modules 0, 1 and 2, nor one number"
@@ -99,7 +99,7 @@ def module_range(text: str) -> range:
 
 
 def resolution(text: str) -> tuple[int, int]:
-    """A resolution WxH in texels."""
+    """Return a resolution WxH in texels."""
     found = re.fullmatch(r"([0-9]{1,18})x([0-9]{1,18})", text, re.ASCII)
     if not found or int(found[1]) == 0 or int(found[2]) == 0:
         raise argparse.ArgumentTypeError(f"'{_short(text)}' is not WIDTHxHEIGHT in texels, such as 1024x768")
@@ -137,7 +137,7 @@ def rules(words: list[str], form: str) -> dict[str, str]:
 
 
 def typed(text: str, kind: type) -> float | int | str | bool:
-    """A value of a type: true or false, a whole number, a number, or the text itself."""
+    """Return a value of a type: true or false, a whole number, a number, or the text itself."""
     if kind is bool:
         if text not in ("true", "false"):
             raise argparse.ArgumentTypeError(f"'{_short(text)}' is not true or false")
@@ -148,7 +148,7 @@ def typed(text: str, kind: type) -> float | int | str | bool:
 
 
 def frames(text: str) -> int | Path:
-    """A number of frames, or the name of a file of matrices."""
+    """Return a number of frames, or the name of a file of matrices."""
     if re.fullmatch(r"[+-]?[0-9.]+", text, re.ASCII):
         from lfssao.rendering.animation import MOST_FRAMES  # late: most jobs are of a still
 
@@ -157,7 +157,7 @@ def frames(text: str) -> int | Path:
 
 
 def scheduler(text: str) -> str:
-    """Address of a dask scheduler, a file in which it wrote that, or 'local'."""
+    """Return address of a dask scheduler, a file in which it wrote that, or 'local'."""
     is_address = re.fullmatch(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:[0-9]{1,5}", text)
     if text != "local" and not is_address and not (text and Path(text).is_file()):
         wanted = "local, nor an address such as tcp://host:8786, nor a scheduler's file"
@@ -166,7 +166,7 @@ def scheduler(text: str) -> str:
 
 
 def check_target(option: str, path: Path, endings: tuple[str, ...]) -> Path:
-    """The path of a file to be; InputError, with the option's name, for another ending or a missing folder."""
+    """Return the path of a file to be; InputError, with the option's name, for another ending or a missing folder."""
     if path.suffix.lower() not in endings:
         raise InputError(f"{option}: {path} does not end in {' or '.join(endings)}")
     if not path.parent.is_dir():

@@ -113,7 +113,7 @@ class _Scene(NamedTuple):
 
 
 def _modules(display: Display, entries: dict[int, dict[str, Any]], options: argparse.Namespace) -> _Scene:
-    """A display of modules, seen by eyes on the observer line."""
+    """Return a display of modules, seen by eyes on the observer line."""
     if options.eye_y is not None:
         raise InputError(f"--eye-y is for lenslet displays: the observers of {display.name} stand on a line")
     if options.distance is not None:
@@ -134,7 +134,7 @@ def _modules(display: Display, entries: dict[int, dict[str, Any]], options: argp
 
 
 def _lenses(display: LensletDisplay, entries: dict[int, dict[str, Any]], options: argparse.Namespace) -> _Scene:
-    """A lenslet display, seen by eyes in the observers' plane."""
+    """Return a lenslet display, seen by eyes in the observers' plane."""
     if options.blend != "linear":
         raise InputError(f"--blend is for displays of modules: an eye sees the lenses of {display.name} as they are")
     if options.distance is not None:
@@ -153,7 +153,7 @@ def _lenses(display: LensletDisplay, entries: dict[int, dict[str, Any]], options
 
 
 def _there(left: float, right: float, options: argparse.Namespace) -> list[float]:
-    """The eyes of an animation on the way there; the way back repeats these in reverse."""
+    """Return the eyes of an animation on the way there; the way back repeats these in reverse."""
     return [left + (right - left) * (2 * n / options.orbit) for n in range(options.orbit // 2 + 1)]
 
 

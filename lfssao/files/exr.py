@@ -194,7 +194,7 @@ def _check_chunks(data: bytes, parts: Sequence[Part]) -> None:
 
 
 def _end_of_headers(data: bytes, several: bool) -> int:
-    """The place at which the chunk tables begin; ValueError or IndexError if the headers do not end."""
+    """Return the place at which the chunk tables begin; ValueError or IndexError if the headers do not end."""
     place = 8  # after magic number and version
     while data[place]:  # a header of attributes
         while data[place]:  # an attribute: name, type, size, value
@@ -217,13 +217,13 @@ def is_sealed(path: Path) -> bool:
 
 
 def _seal_place(data: bytes) -> int:
-    """The place of a file's own digest; ValueError if it holds none."""
+    """Return the place of a file's own digest; ValueError if it holds none."""
     label = f"{PREFIX}{_SEAL}\0string\0".encode() + len(_BLANK).to_bytes(4, "little")
     return data.index(label) + len(label)
 
 
 def _digest_but_seal(data: bytes) -> str:
-    """The SHA-256 of a file's bytes, zeros in the place of its own digest."""
+    """Return the SHA-256 of a file's bytes, zeros in the place of its own digest."""
     place = _seal_place(data)
     sha = hashlib.sha256(data[:place] + _BLANK.encode())
     sha.update(memoryview(data)[place + len(_BLANK) :])
@@ -231,7 +231,7 @@ def _digest_but_seal(data: bytes) -> str:
 
 
 def read_exr(path: str | Path, names: Collection[str] | None = None) -> dict[str, Part]:
-    """The parts of a file by name, all or those of some ``names``, channels in the file's own order.
+    """Return the parts of a file by name, all or those of some ``names``, channels in the file's own order.
 
     InputError if the file is missing, is no EXR file or cannot be read.
 

@@ -126,7 +126,7 @@ def _check_sizes(path: Path, specs: list[Any]) -> None:
 
 
 def _bytes_in_memory(spec: Any) -> int:
-    """Bytes that reading a part takes; tiles are read whole, and a tile may be larger than its image."""
+    """Return bytes that reading a part takes; tiles are read whole, and a tile may be larger than its image."""
     columns = max(spec.tile_width, 1)
     lines = max(spec.tile_height, 1)
     texels = -(-spec.width // columns) * columns * -(-spec.height // lines) * lines
@@ -174,7 +174,7 @@ def _seen_size(path: Path, spec: Any) -> Size:
 
 
 def _margins(spec: Any, turned: bool, mirrored: bool, upwards: bool) -> Margins:
-    """Texels that the data window has beyond the display window on each side, as it is seen."""
+    """Return texels that the data window has beyond the display window on each side, as it is seen."""
     left = spec.full_x - spec.x
     above = spec.full_y - spec.y
     right = spec.width - spec.full_width - left
@@ -196,7 +196,7 @@ def guard_of(margins: Margins | None) -> int:
 
 
 def utf8_name(path: Path) -> str:
-    """The path as text for OpenImageIO, or an ``InputError`` if its bytes are not UTF-8."""
+    """Return the path as text for OpenImageIO, or an ``InputError`` if its bytes are not UTF-8."""
     try:
         str(path).encode("utf-8")
     except UnicodeEncodeError:
@@ -205,13 +205,13 @@ def utf8_name(path: Path) -> str:
 
 
 def first_line(message: str) -> str:
-    """The first line of an error message of OpenImageIO, without the file's name; some come with a history."""
+    """Return the first line of an error message of OpenImageIO, without the file's name; some come with a history."""
     first = message.strip().split("\n")[0]
     return re.sub(r"^EXR Error \(.*?\.exr\): ", "", first) or "OpenImageIO gives no reason"
 
 
 def part_of(array: NDArray[Any]) -> ImagePart:
-    """The part that an NPY file of an array (W,), (H, W) or (H, W, C) holds."""
+    """Return the part that an NPY file of an array (W,), (H, W) or (H, W, C) holds."""
     height, width = (1, *array.shape)[-2:] if array.ndim < 3 else array.shape[:2]
     pixels = array.reshape(height, width, -1)
     channels = {1: ("Y",), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}.get(pixels.shape[2])

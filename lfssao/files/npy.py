@@ -17,7 +17,7 @@ _MOST_HEADER = 10_000  # bytes before the numbers
 
 
 def read_npy(path: Path) -> NDArray[Any]:
-    """The numbers of a file, of at most 64 bits, whole or not, in the machine's order of bytes.
+    """Return the numbers of a file, of at most 64 bits, whole or not, in the machine's order of bytes.
 
     InputError if the file cannot be read, holds something else, or is not of exactly the bytes of its numbers, before
     memory is taken for them.

@@ -21,14 +21,14 @@ _NOTHING = 255
 
 
 def figure_png(figure: "Figure") -> bytes:
-    """A figure as a PNG file."""
+    """Return a figure as a PNG file."""
     file = BytesIO()
     figure.savefig(file, format="png", dpi=100, bbox_inches="tight")
     return file.getvalue()
 
 
 def image_png(image: "Image") -> bytes:
-    """A Pillow image as a PNG file."""
+    """Return a Pillow image as a PNG file."""
     file = BytesIO()
     image.save(file, "PNG")
     return file.getvalue()

@@ -68,7 +68,7 @@ def check_file(path: Path, hint: str = "") -> None:
 
 
 def read_text(path: Path) -> str:
-    """The text of a file; InputError if it is no regular file or cannot be read."""
+    """Return the text of a file; InputError if it is no regular file or cannot be read."""
     check_file(path)
     try:
         return path.read_text(encoding="utf-8")
@@ -77,7 +77,7 @@ def read_text(path: Path) -> str:
 
 
 def read_json(path: Path) -> Any:
-    """The value of a JSON file; InputError if it cannot be read, or is none."""
+    """Return the value of a JSON file; InputError if it cannot be read, or is none."""
     text = read_text(path)
     try:
         return json.loads(text)

@@ -125,7 +125,7 @@ class RayCaster:
         self._material = None if mesh.paint is None else _material(mesh.paint)
 
     def of_view(self, view: View) -> "RayCaster":
-        """The caster of a view's cast space: this one, or a new one of the same mesh."""
+        """Return the caster of a view's cast space: this one, or a new one of the same mesh."""
         if np.array_equal(view.cast_from_world, self._cast_from_world):
             return self
         return RayCaster(self.mesh, view.cast_from_world, self.threads)
@@ -205,7 +205,7 @@ class RayCaster:
         return GBuffer(depth=depth, positions=places, color=rgb, triangle=triangle, normals=directions)
 
     def first_depths(self, lines: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The first hits of n lines in cast space: t of origin + t direction, infinity for none.
+        """Return the first hits of n lines in cast space: t of origin + t direction, infinity for none.
 
         ``lines``, (n, 8) float64, are the points at t = 0 and 1, the second with the larger z, and the least
         and greatest t; t is (n,) float64.
@@ -271,14 +271,14 @@ class RayCaster:
 
 
 def _texture(view: View, rows: range, nothing: float, *channels: int, dtype: DTypeLike = np.float32) -> NDArray[Any]:
-    """A texture of a view with ``nothing`` above and below some rows, anything in them."""
+    """Return a texture of a view with ``nothing`` above and below some rows, anything in them."""
     texture = np.empty((view.height, view.width, *channels), dtype)
     texture[: rows.start], texture[rows.stop :] = nothing, nothing
     return texture
 
 
 def _material(source: Paint) -> surface.Material:
-    """A mesh's paint as the arrays that the kernel takes; an image of several materials is there once."""
+    """Return a mesh's paint as the arrays that the kernel takes; an image of several materials is there once."""
     images = {id(t): t for t in source.textures if t is not None}
     ends = np.cumsum([0, *(t.shape[0] * t.shape[1] for t in images.values())])
     first = dict(zip(images, ends, strict=False))

@@ -30,7 +30,7 @@ class Candidates(NamedTuple):
 
 
 def candidate_pairs(view: View, tree: TriangleTree, rows: range) -> Candidates | None:
-    """Texels of some rows in which each triangle can be hit; None on displays whose rays are not separable."""
+    """Return texels of some rows in which each triangle can be hit; None on displays whose rays are not separable."""
     if view.rays.kind == DISPLAY:
         return None
     columns = np.empty((2, view.width))
@@ -61,7 +61,7 @@ def first_hits(candidates: Candidates, tree: TriangleTree, triangle: NDArray[np.
 
 
 def image_axes(view: View, rows: range, scale_x: float, scale_y: float) -> list[NDArray[np.float64]]:
-    """Numbers that take x, and y, of a corner to its image, two of (6,) float64 (``bound_corners``).
+    """Return numbers that take x, and y, of a corner to its image, two of (6,) float64 (``bound_corners``).
 
     scale_x, scale_y: upper bounds of all numbers that x, and y, of corners and rays are made of, cast space.
     """

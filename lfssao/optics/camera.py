@@ -75,7 +75,7 @@ class Camera:
     def looking_at(
         cls, box: NDArray[np.float64], projection: str = "perspective", size: tuple[int, int] = (4, 3)
     ) -> "Camera":
-        """A camera before the +Z side of a box, (2, 3) world corners, which shows it with a small margin.
+        """Return a camera before the +Z side of a box, (2, 3) world corners, which shows it with a small margin.
 
         ``size`` is the texture's width and height, texels, or whole numbers of the same ratio.
         """
@@ -104,7 +104,7 @@ class Camera:
         fov: float | None = None,
         size: tuple[int, int] = (4, 3),
     ) -> "Camera":
-        """A camera that looks at a scene's box, (2, 3) world corners, from where one wants.
+        """Return a camera that looks at a scene's box, (2, 3) world corners, from where one wants.
 
         The planes near and far enclose what is in front. Eye, target and up are those of ``Camera``, by default eye and
         target of ``looking_at`` and (0, 1, 0). ``fov`` is the vertical field of view, degrees, above 0 and below 180,
@@ -137,7 +137,7 @@ class Camera:
         return replace(made, extent=extent, near=max(0.9 * min(depths), 1e-3 * far), far=far)
 
     def view(self, width: int, height: int, guard: int = 0, *, shift: float = 0.0, aspect: float | None = None) -> View:
-        """The view of this camera in a texture of width x height texels, and ``guard`` more on each side.
+        """Return the view of this camera in a texture of width x height texels, and ``guard`` more on each side.
 
         ``shift`` moves the eye to the right, world units, and leaves the window at the target's distance where it is:
         the frustum of a perspective camera leans. ``aspect`` is the window's width divided by its height; by default
@@ -160,7 +160,7 @@ class Camera:
         return pinhole_view(lens, eye_from_world, width + 2 * guard, height + 2 * guard, guard)
 
     def stereo(self, width: int, height: int, separation: float, guard: int = 0) -> tuple[View, View]:
-        """Views of a left and a right eye, side by side at the camera's place, ``separation`` world units apart.
+        """Return views of a left and a right eye, side by side at the camera's place, ``separation`` world units apart.
 
         Their axes are parallel, and their windows one: what lies at the target's distance is at one place in both.
         InputError as of ``view``, if the separation is not positive, or the camera is orthographic.
@@ -234,7 +234,7 @@ def view_of_matrix(matrix: Matrix, width: int, height: int, guard: int = 0, axis
 
 
 def linear_view(view: View, linear: bool = True) -> View:
-    """A camera's view with a depth texture of distances along its axis (``linear``), or of screen space z.
+    """Return a camera's view with a depth texture of distances along its axis (``linear``), or of screen space z.
 
     Float32 has distances to the same relative precision wherever the planes are, and the image z that goes with them:
     -1 / distance, or the distance of an orthographic camera.
@@ -273,7 +273,7 @@ def pinhole_view(lens: NDArray[np.float64], eye_from_world: Matrix, width: int, 
 
 
 def with_lens(view: View, lens: NDArray[np.float64], eye_from_world: Matrix) -> View:
-    """A camera's view with other numbers of its lens, (8,), or another map to its eye space, (3, 4), float64."""
+    """Return a camera's view with other numbers of its lens, (8,), or another map to its eye space, (3, 4), float64."""
     return replace(pinhole_view(lens, eye_from_world, view.width, view.height, view.guard), name=view.name)
 
 

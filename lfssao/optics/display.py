@@ -230,7 +230,7 @@ class Display(Summary):
                 self._demand(False, "roi", f"its point ({place}) is behind the {end} for module {index}")
 
     def with_resolution(self, width: int, height: int) -> "Display":
-        """The same display with textures of another size, texels; calibrated optics are scaled with it.
+        """Return the same display with textures of another size, texels; calibrated optics are scaled with it.
 
         InputError if a size is no whole number of at least 1.
         """
@@ -250,7 +250,7 @@ class Display(Summary):
         return flat and module.field_of_view is None and module.homography is None and module.k1 == module.k2 == 0
 
     def _module(self, index: object) -> tuple[int, Module]:
-        """A number as a whole one, and the module of it; InputError if there is none."""
+        """Return a number as a whole one, and the module of it; InputError if there is none."""
         number = check_whole("module", index, 0, len(self.modules) - 1)
         return number, self.modules[number]
 
@@ -298,7 +298,7 @@ class Display(Summary):
     def texel_ray(
         self, index: int, u: NDArray[np.floating[Any]] | float, v: NDArray[np.floating[Any]] | float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """The lines of physical points that land on image points of the module of a number.
+        """Return the lines of physical points that land on image points of the module of a number.
 
         u and v, arrays of one shape or floats, are in texels; texel (i, j) has its centre at (i + 0.5, j + 0.5).
         Returned are origin and direction, (..., 3) float64, of the points origin + z direction, metres, the direction's
@@ -319,7 +319,7 @@ class Display(Summary):
         return origin.reshape(*shape, 3), direction.reshape(*shape, 3), lines[:, 4:].reshape(*shape, 2)
 
     def view(self, index: int, physical_from_world: Matrix, guard: int = 0) -> View:
-        """The view of one module, a number from 0: rays and mapping of its texture.
+        """Return the view of one module, a number from 0: rays and mapping of its texture.
 
         ``physical_from_world``, (3, 4) float64, is affine (``fit_roi`` makes one). The guard band (SAO section 2.3)
         is texels added on each side, which AO looks into and outputs crop. InputError if there is no such module, the
@@ -354,7 +354,7 @@ class Display(Summary):
 
 
 def crossed_slits(physical_from_world: Matrix, lens: NDArray[np.float64]) -> WorldToImage:
-    """The mapping world -> image of a flat display with the linear diffuser and aligned texels.
+    """Return the mapping world -> image of a flat display with the linear diffuser and aligned texels.
 
     s_x = m_x + (x - m_x) m_z / (m_z - z) and u = u_scale s_x + u_0 together are
     u = (u_0 + u_scale m_x) + [u_scale m_z (x - m_x)] / (m_z - z), and the bracket is affine in world space; v likewise
@@ -368,7 +368,7 @@ def crossed_slits(physical_from_world: Matrix, lens: NDArray[np.float64]) -> Wor
 
 
 def slits_numbers(physical_from_world: NDArray[Any], lens: Sequence[Any]) -> NDArray[Any]:
-    """The numbers of ``crossed_slits``, (16,), of arrays and lists of any numbers."""
+    """Return the numbers of ``crossed_slits``, (16,), of arrays and lists of any numbers."""
     m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = lens
     rows = physical_from_world.copy()
     rows[0, 3] -= m_x

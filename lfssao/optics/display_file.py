@@ -64,10 +64,10 @@ class ViewSet(Protocol):
         """Width and height of its views, texels."""
 
     def with_resolution(self, width: int, height: int) -> Self:
-        """The same with textures of another size, texels."""
+        """Return the same with textures of another size, texels."""
 
     def view(self, index: int, physical_from_world: Matrix, guard: int = 0) -> View:
-        """The view of a number, as of ``Display.view``."""
+        """Return the view of a number, as of ``Display.view``."""
 
 
 Views = TypeVar("Views", bound=ViewSet)
@@ -86,7 +86,7 @@ def display_names(kind: str = "modules") -> list[str]:
 
 
 def display_text(name: str) -> str:
-    """The TOML file of a preset, with the source of every value, or the word 'assumed', in a comment.
+    """Return the TOML file of a preset, with the source of every value, or the word 'assumed', in a comment.
 
     InputError if there is no preset of that name; the message lists those there are.
 
@@ -100,7 +100,7 @@ def display_text(name: str) -> str:
 
 
 def find_views(name: str | Path | Display | ViewSet) -> Display | ViewSet:
-    """A display of any kind: a preset by its name, one of a file whose name ends in .toml, or itself.
+    """Return a display of any kind: a preset by its name, one of a file whose name ends in .toml, or itself.
 
     InputError if there is none, the file cannot be read, or a value is wrong; the message names the key and the reason.
 
@@ -117,7 +117,7 @@ def find_views(name: str | Path | Display | ViewSet) -> Display | ViewSet:
 
 
 def find_display(name: str | Path | Display | ViewSet) -> Display:
-    """A display of modules, as ``find_views`` finds it; InputError for one of another kind too.
+    """Return a display of modules, as ``find_views`` finds it; InputError for one of another kind too.
 
     >>> len(lfssao.find_display("sample-a").modules)
     21
@@ -129,7 +129,7 @@ def find_display(name: str | Path | Display | ViewSet) -> Display:
 
 
 def parse_display(text: str, origin: str) -> Display | ViewSet:
-    """A display from the text of its TOML file, of the name ``origin`` in messages.
+    """Return a display from the text of its TOML file, of the name ``origin`` in messages.
 
     Its kind is modules (default), quilt or lenslet.
 
@@ -181,7 +181,7 @@ def _lenslet(root: "Table") -> "LensletDisplay":
 
 
 def _view_set(made: Callable[..., Views], root: "Table", numbers: Sequence[str], **more: Any) -> Views:
-    """Views of a display that the root table describes, by what all kinds have, numbers, and ``more``."""
+    """Return views of a display that the root table describes, by what all kinds have, numbers, and ``more``."""
     roi = root.table("roi")
     width, height = root.resolution()
     views = made(
@@ -198,7 +198,7 @@ def _view_set(made: Callable[..., Views], root: "Table", numbers: Sequence[str],
 
 
 def set_of(values: Mapping[str, Any]) -> "Quilt | LensletDisplay | None":
-    """The quilt or lenslet display that a manifest's ``values`` describe; None if they describe none.
+    """Return the quilt or lenslet display that a manifest's ``values`` describe; None if they describe none.
 
     Whatever else than an InputError is raised, such as a KeyError, says that they are not what a display has.
     """
@@ -213,7 +213,7 @@ def set_of(values: Mapping[str, Any]) -> "Quilt | LensletDisplay | None":
 
 
 def parse_toml(text: str, origin: str) -> dict[str, Any]:
-    """The values of a TOML file's text; InputError, with ``origin`` as its name, if it is none."""
+    """Return the values of a TOML file's text; InputError, with ``origin`` as its name, if it is none."""
     try:
         values = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # of the syntax, numbers of thousands of digits, values too deep
@@ -306,14 +306,14 @@ class Table:
         return value
 
     def table(self, key: str) -> "Table":
-        """A table in the table."""
+        """Return a table in the table."""
         value = self._get(key)
         if not isinstance(value, dict):
             raise self.wrong(key, "it must be a table")
         return Table(value, f"{self._path}{key}.")
 
     def tables(self, key: str) -> list["Table"]:
-        """An array of tables."""
+        """Return an array of tables."""
         value = self._get(key)
         if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
             raise self.wrong(key, "it must be an array of tables")
@@ -334,14 +334,14 @@ class Table:
         return value
 
     def whole(self, key: str, most: int) -> int:
-        """A whole number from 1 to ``most``."""
+        """Return a whole number from 1 to ``most``."""
         value = self._get(key)
         if type(value) is not int or not 1 <= value <= most:
             raise self.wrong(key, f"it is {value!r:.60}, it must be a whole number from 1 to {most}")
         return value
 
     def numbers(self, key: str, *count: int, default: Any = _MISSING) -> Any:
-        """A float, or a tuple of ``count`` floats; or the default."""
+        """Return a float, or a tuple of ``count`` floats; or the default."""
         value = self._get(key, default)
         if value is default:
             return value

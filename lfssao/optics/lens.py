@@ -44,7 +44,7 @@ def projector_homography(
 
 
 def with_guard(h: Homography, guard: int) -> Homography:
-    """The homography of a texture with ``guard`` more texels on each side: u and v grow by guard."""
+    """Return the homography of a texture with ``guard`` more texels on each side: u and v grow by guard."""
     upper = [a + guard * c for a, c in zip(h[:6], (*h[6:], *h[6:]), strict=True)]
     return (*upper, *h[6:])
 

@@ -164,7 +164,7 @@ class LensletDisplay:
         return half_width * self.observer_distance / self.gap
 
     def seen_place(self, points: NDArray[np.float64], eye: float) -> NDArray[np.float64]:
-        """Places on the panel at which rays from an eye through points of the lenses end, along x or y, metres.
+        """Return places on the panel at which rays from an eye through points of the lenses end, along x or y, metres.
 
         Each passes the lens that is nearest, and its slope changes by the distance from the lens's middle divided by
         the focal length.
@@ -175,16 +175,16 @@ class LensletDisplay:
         return np.asarray(points + self.gap * slopes)
 
     def place(self, index: int) -> tuple[slice, slice]:
-        """Rows and columns of the panel's texture that hold a lens's elemental image."""
+        """Return rows and columns of the panel's texture that hold a lens's elemental image."""
         row, column = divmod(index, len(self._columns))
         return slice(*self._rows[row][:2]), slice(*self._columns[column][:2])
 
     def with_resolution(self, width: int, height: int) -> "LensletDisplay":
-        """The same display with a panel of another size, texels; InputError if it is none."""
+        """Return the same display with a panel of another size, texels; InputError if it is none."""
         return replace(self, width=width, height=height)
 
     def view(self, index: int, physical_from_world: Matrix, guard: int = 0) -> View:
-        """The view of one lens, a number from 0: a camera in its middle whose window is its elemental image.
+        """Return the view of one lens, a number from 0: a camera in its middle whose window is its elemental image.
 
         ``physical_from_world``, (3, 4) float64, is a map of one scale, as ``fit_roi`` makes it; the guard band is that
         of ``Display.view``. The planes enclose the ROI. InputError if there is no such lens, or an argument is none.
@@ -211,12 +211,12 @@ class LensletDisplay:
 
 
 def _start(middle: str) -> float:
-    """Pitches from the border of the lens or image in the middle, or right of it, to the middle."""
+    """Return pitches from the border of the lens or image in the middle, or right of it, to the middle."""
     return 0.5 if middle == "lens" else 0.0
 
 
 def _windows(texels: int, length: float, pitch: float, middle: str) -> list[Window]:
-    """The texels of each row or column of elemental images on an axis of that length, metres."""
+    """Return the texels of each row or column of elemental images on an axis of that length, metres."""
     places = (np.arange(texels) + (0.5 - texels / 2)) * (length / texels)
     start = _start(middle)
     numbers = np.floor(places / pitch + start)

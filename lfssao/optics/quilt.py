@@ -127,11 +127,11 @@ class Quilt:
         return f"{stem}_qs{self.columns}x{self.rows}a{self.aspect:g}.png"
 
     def with_resolution(self, width: int, height: int) -> "Quilt":
-        """The same quilt with textures of another size, texels; InputError if it is none."""
+        """Return the same quilt with textures of another size, texels; InputError if it is none."""
         return replace(self, width=width, height=height)
 
     def view(self, index: int, physical_from_world: Matrix, guard: int = 0) -> View:
-        """The view of one eye, a number from 0 on the left: a camera whose window is the screen.
+        """Return the view of one eye, a number from 0 on the left: a camera whose window is the screen.
 
         ``physical_from_world``, (3, 4) float64, is a map of one scale, as ``fit_roi`` makes it; the guard band is that
         of ``Display.view``. The planes enclose the ROI. InputError if there is no such view, or an argument is none.

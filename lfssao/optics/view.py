@@ -124,7 +124,7 @@ class WorldToImage:
         k1: float = 0.0,
         k2: float = 0.0,
     ) -> "WorldToImage":
-        """The mapping of any module of any display (``lfssao.optics.kernels.display``).
+        """Return the mapping of any module of any display (``lfssao.optics.kernels.display``).
 
         Parameters
         ----------
@@ -177,7 +177,7 @@ class WorldToImage:
         return f"WorldToImage.{KINDS[self.kind].replace(' ', '_')}(\n    {lines})"
 
     def as_type(self, dtype: DTypeLike) -> Projection:
-        """The mapping as kernels take it, each number rounded once to the dtype of the arithmetic.
+        """Return the mapping as kernels take it, each number rounded once to the dtype of the arithmetic.
 
         InputError if a finite one overflows there, or the world's scale falls below the normal numbers.
         """
@@ -198,12 +198,12 @@ class WorldToImage:
 
 
 def _scalars(**named: float) -> list[float]:
-    """Arguments of those names as floats, each checked."""
+    """Return arguments of those names as floats, each checked."""
     return [float(finite_numbers(name, value)) for name, value in named.items()]
 
 
 def finite_numbers(name: str, value: ArrayLike, *shape: int) -> NDArray[np.float64]:
-    """An argument as float64; InputError, with its name, if it has another shape or is not finite."""
+    """Return an argument as float64; InputError, with its name, if it has another shape or is not finite."""
     check_unmasked(name, value)
     try:
         array = np.array(value)
@@ -216,7 +216,7 @@ def finite_numbers(name: str, value: ArrayLike, *shape: int) -> NDArray[np.float
 
 
 def inverse_of(name: str, affine: Matrix) -> Matrix:
-    """The inverse of an affine map; InputError if it has none, or none of finite numbers."""
+    """Return the inverse of an affine map; InputError if it has none, or none of finite numbers."""
     with np.errstate(all="ignore"):
         inverse = invert_affine(affine) if determinant(affine) != 0 else np.full((3, 4), np.inf)
     if not np.isfinite(inverse).all():
@@ -225,7 +225,7 @@ def inverse_of(name: str, affine: Matrix) -> Matrix:
 
 
 def points_of(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """Points, (..., 3), of any numbers as float64; InputError, with the argument's name, if they are none."""
+    """Return points, (..., 3), of any numbers as float64; InputError, with the argument's name, if they are none."""
     points = as_numbers(name, value).astype(np.float64, copy=False)
     if points.shape[-1:] != (3,):
         raise InputError(f"{name} have shape {points.shape}, expected (..., 3)")
@@ -233,7 +233,7 @@ def points_of(name: str, value: ArrayLike) -> NDArray[np.float64]:
 
 
 def box_of(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """A box's lower and upper corner, (2, 3) float64; InputError, with the argument's name, if it is none."""
+    """Return a box's lower and upper corner, (2, 3) float64; InputError, with the argument's name, if it is none."""
     box = finite_numbers(name, value, 2, 3)
     if (box[0] > box[1]).any():
         raise InputError(f"{name} is {shown(box.tolist())}, its first corner must be the lower one in x, y and z")
@@ -349,7 +349,7 @@ class View:
 
 
 def without_guard(texture: NDArray[Any], guard: int) -> NDArray[Any]:
-    """A texture, (H, W) or (H, W, C), without a guard band of that width (SAO section 2.3)."""
+    """Return a texture, (H, W) or (H, W, C), without a guard band of that width (SAO section 2.3)."""
     return np.ascontiguousarray(texture[guard : len(texture) - guard, guard : texture.shape[1] - guard])
 
 

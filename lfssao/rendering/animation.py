@@ -66,5 +66,5 @@ def frame_bounds(mesh: Mesh, transforms: Sequence[Matrix]) -> list[NDArray[np.fl
 
 
 def swept_bounds(boxes: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """The box around the boxes of all frames, (2, 3) float64, which is fitted into the display."""
+    """Return the box around the boxes of all frames, (2, 3) float64, which is fitted into the display."""
     return np.stack([np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)])

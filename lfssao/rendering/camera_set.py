@@ -23,7 +23,7 @@ _EYE_FROM_CAMERA = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
 
 
 def camera_of_set(values: Any, name: str, size: tuple[int, int, int]) -> tuple[View, int, int]:
-    """The view of a set's camera, and the bits of its codes of depth and of colour.
+    """Return the view of a set's camera, and the bits of its codes of depth and of colour.
 
     ``name`` is the camera's, or that of one of its files, with or without ending, or its number from 0. InputError,
     with the key, if there is none, its projection or axes are others, or its textures have not the ``size``.

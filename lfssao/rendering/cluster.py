@@ -53,7 +53,7 @@ def executor_of(scheduler: str, processes: int) -> Iterator[tuple[Executor, int,
 
 
 def _address_in(file: Path) -> str:
-    """The address in a file that ``dask scheduler --scheduler-file`` wrote; InputError if there is none."""
+    """Return the address in a file that ``dask scheduler --scheduler-file`` wrote; InputError if there is none."""
     found = read_json(file)
     address = found.get("address") if isinstance(found, dict) else None
     if not isinstance(address, str):

@@ -28,7 +28,7 @@ def sheet_rows(count: int, most: int = 5) -> list[int]:
 
 
 def white(depth: FloatTexture) -> FloatTexture:
-    """The image of a mesh without colours, (H, W, 3), from its depth texture: white on the surface."""
+    """Return the image of a mesh without colours, (H, W, 3), from its depth texture: white on the surface."""
     return np.repeat((depth < np.inf)[..., None].astype(np.float32), 3, axis=2)
 
 
@@ -48,7 +48,7 @@ def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, widt
 
 
 def side_by_side(pictures: Mapping[str, Codes]) -> Image.Image:
-    """Pictures of one size, 8-bit sRGB, in a row under their titles."""
+    """Return pictures of one size, 8-bit sRGB, in a row under their titles."""
     height, width = next(iter(pictures.values())).shape[:2]
     row = Image.new("RGB", (len(pictures) * (width + _MARGIN) - _MARGIN, height + _CAPTION), "white")
     for column, (title, picture) in enumerate(pictures.items()):
@@ -58,7 +58,7 @@ def side_by_side(pictures: Mapping[str, Codes]) -> Image.Image:
 
 
 def contact_sheet(strips: Sequence[tuple[str, Image.Image]]) -> Image.Image:
-    """Strips of one width below each other, each under its view's name and the columns' titles, and a bar."""
+    """Return strips of one width below each other, each under its view's name and the columns' titles, and a bar."""
     width = strips[0][1].width
     height = sum(picture.height + _CAPTION + _MARGIN for _, picture in strips) + 2 * _CAPTION
     sheet = Image.new("RGB", (width + 2 * _MARGIN, height), "white")
@@ -87,5 +87,5 @@ def write_animation(path: Path, pictures: Sequence[Image.Image]) -> None:
 
 
 def with_ao(row: Image.Image) -> Image.Image:
-    """The last picture of a strip."""
+    """Return the last picture of a strip."""
     return row.crop((row.width - (row.width - 2 * _MARGIN) // 3, 0, row.width, row.height))

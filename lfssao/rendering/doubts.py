@@ -77,13 +77,13 @@ def of_radii(mesh: Mesh, views: Sequence[View], settings: Settings, boxes: Seque
 
 
 def of_views(names: Sequence[str]) -> Iterator[str]:
-    """Views, by their names, whose textures are empty."""
+    """Yield views, by their names, whose textures are empty."""
     if names:
         yield f"{_few(names)} {'sees' if len(names) == 1 else 'see'} nothing of the scene"
 
 
 def of_folder(folder: Path, own: Iterable[Path]) -> Iterator[str]:
-    """Textures and pictures in an output folder, or in its folders of frames, that are not a job's ``own``."""
+    """Yield textures and pictures in an output folder, or in its folders of frames, that are not a job's ``own``."""
     others = {*folder.glob("*.*"), *folder.glob("frame_*/*.*")} - {*own}
     stale = sorted(str(path.relative_to(folder)) for path in others if re.fullmatch(_OURS, path.name))
     if stale:
@@ -95,7 +95,7 @@ def _named(one: str, many: str, names: Sequence[str]) -> str:
 
 
 def _few(names: Sequence[str]) -> str:
-    """The first names, and how many there are beyond them."""
+    """Return the first names, and how many there are beyond them."""
     more = f" and {len(names) - 3} more" if len(names) > 3 else ""
     return ", ".join(names[:3]) + more
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def load_manifest(folder: Path) -> dict[str, Any]:
-    """The manifest of a folder; InputError if there is none, or it is no JSON file or of another format."""
+    """Return the manifest of a folder; InputError if there is none, or it is no JSON file or of another format."""
     path = folder / MANIFEST
     if not os.path.exists(path):  # Path's raise where a name is too long
         frames = sorted(folder.glob(f"frame_*/{MANIFEST}")) if os.path.isdir(folder) else []
@@ -56,7 +56,7 @@ def reading_manifest(folder: Path) -> Iterator[None]:
 
 
 def entries_of(folder: Path, manifest: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """The manifest's entry of each view by its name; InputError if one names no file, channel or digest."""
+    """Return the manifest's entry of each view by its name; InputError if one names no file, channel or digest."""
     with reading_manifest(folder):
         entries = {str(entry["name"]): entry for entry in manifest["views"]}
         for entry in entries.values():
@@ -101,7 +101,7 @@ def read_views(
 
 
 def _of_views(views: Views, entries: dict[int, dict[str, Any]]) -> Views:
-    """The set of views of a manifest, if its ``entries``, by number, are such; ValueError if they are not."""
+    """Return the set of views of a manifest, if its ``entries``, by number, are such; ValueError if they are not."""
     sizes = {tuple(e["view"][k] - 2 * e["view"].get("guard", 0) for k in ("width", "height")) for e in entries.values()}
     if not set(entries) <= set(range(views.count)) or not sizes <= views.sizes:
         raise ValueError(f"{views.WORDS[1]} are not those of {views.name}: {sorted(entries)}")
@@ -140,7 +140,7 @@ def read_layer(path: Path, layer: str, described: dict[str, Any]) -> NDArray[np.
 
 
 def read_layers(path: Path, described: Mapping[str, dict[str, Any]]) -> dict[str, NDArray[np.float32]]:
-    """Layers of an EXR file as of ``read_layer``, by their names."""
+    """Return layers of an EXR file as of ``read_layer``, by their names."""
     parts = read_exr(path, list(described))
     found = {}
     for layer, entry in described.items():

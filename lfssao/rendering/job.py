@@ -69,19 +69,19 @@ class Job:
         return 1 if self.transforms is None else len(self.transforms)
 
     def transform(self, frame: int) -> Matrix:
-        """The affine map of a frame, (3, 4) float64."""
+        """Return the affine map of a frame, (3, 4) float64."""
         return np.eye(3, 4) if self.transforms is None else self.transforms[frame]
 
     def frame_folder(self, frame: int) -> Path:
-        """The folder of a frame's files, which holds all that a still's folder holds."""
+        """Return the folder of a frame's files, which holds all that a still's folder holds."""
         return self.folder if self.transforms is None else self.folder / f"frame_{frame:04d}"
 
     def path(self, item: Item) -> Path:
-        """The item's EXR file."""
+        """Return the item's EXR file."""
         return self.frame_folder(item.frame) / f"{self.views[item.view].name}.exr"
 
     def picture(self, item: Item) -> Path:
-        """The picture of the item's shaded texture, for ``png``."""
+        """Return the picture of the item's shaded texture, for ``png``."""
         return self.path(item).with_suffix(".png")
 
     def items(self) -> list[Item]:

@@ -34,7 +34,7 @@ def digest(array: NDArray[Any]) -> str:
 
 
 def short_digest(value: Any) -> str:
-    """The first 16 hexadecimal digits of the SHA-256 of a value of JSON."""
+    """Return the first 16 hexadecimal digits of the SHA-256 of a value of JSON."""
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -89,12 +89,12 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
 
 
 def name_of_noise(noise: NDArray[Any]) -> str:
-    """The name of ``NOISE`` of angles, (h, w), or vectors, (h, w, 2 or 3)."""
+    """Return the name of ``NOISE`` of angles, (h, w), or vectors, (h, w, 2 or 3)."""
     return "angles" if noise.ndim == 2 else "vectors"
 
 
 def describe_view(view: View) -> dict[str, Any]:
-    """The numbers of one view's mapping, in the order of ``lfssao.optics.kernels.projection``."""
+    """Return the numbers of one view's mapping, in the order of ``lfssao.optics.kernels.projection``."""
     return {
         "width": view.width,
         "height": view.height,
@@ -110,7 +110,7 @@ def describe_view(view: View) -> dict[str, Any]:
 
 
 def view_of(name: str, described: Mapping[str, Any]) -> View:
-    """The view of a name that ``describe_view`` described; KeyError, TypeError or ValueError if it did not."""
+    """Return the view of a name that ``describe_view`` described; KeyError, TypeError or ValueError if it did not."""
     kind = KINDS.index(described["world_to_image_kind"])
     back = described["screen_to_world"]
     sizes = {"lens": (32 if kind == DISPLAY else 8,), "world_to_image": (44 if kind == DISPLAY else 16,)}
@@ -128,7 +128,7 @@ def view_of(name: str, described: Mapping[str, Any]) -> View:
 
 
 def describe_machine(threads: int, command: Sequence[str] = ()) -> dict[str, Any]:
-    """Versions of all packages, the processor, the number of threads, and the command if there was one."""
+    """Return versions of all packages, the processor, the number of threads, and the command if there was one."""
     return {
         "lfssao": __version__,
         "python": platform.python_version(),
@@ -148,7 +148,7 @@ def _version(name: str) -> str | None:
 
 
 def _processor() -> str:
-    """The processor's name from /proc/cpuinfo, else from Python."""
+    """Return the processor's name from /proc/cpuinfo, else from Python."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -120,7 +120,7 @@ def recover_view(job: Job, item: Item) -> Result | None:
 
 
 def _in_order(part: Part) -> Part:
-    """A part's channels as they were written: files have an order of their own."""
+    """Return a part's channels as they were written: files have an order of their own."""
     names = tuple(part.attributes["channels"].split(" "))
     pixels = np.ascontiguousarray(part.pixels[..., [part.channels.index(name) for name in names]])
     return replace(part, channels=names, pixels=pixels)
@@ -138,7 +138,7 @@ def _strip(job: Job, item: Item, parts: Iterable[Part]) -> Image | None:
 def entry_of(
     view: View, path: Path, parts: Sequence[Part], seconds: dict[str, float], neighbours: Sequence[View] = ()
 ) -> dict[str, Any]:
-    """The view's entry in the manifest, from its parts alone, so that a file taken up again has the same."""
+    """Return the view's entry in the manifest, from its parts alone, so that a file taken up again has the same."""
     return {
         "name": view.name,
         "file": path.name,
@@ -251,7 +251,7 @@ def _view(job: Job, results: Sequence[Result], field: LightField | None) -> Imag
 
 
 def _seen(job: Job) -> list[str]:
-    """The layers that view.png shows."""
+    """Return the layers that view.png shows."""
     return ["shaded"] if job.mesh.paint is None else ["color", "shaded"]
 
 

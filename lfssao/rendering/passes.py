@@ -137,7 +137,7 @@ def bent_normals_of(buffers: Buffers, settings: Settings) -> list[FloatTexture]:
 
 
 def _turned(buffers: Buffers, settings: Settings) -> Buffers:
-    """The same with the turns of the settings' rotation."""
+    """Return the same with the turns of the settings' rotation."""
     rotation = settings.rotation
     height, width = buffers.depth.shape
     if isinstance(rotation, np.ndarray):
@@ -183,7 +183,7 @@ class Rendered(Table, Sequence[Textures]):
     @overload
     def __getitem__(self, number: slice) -> list[Textures]: ...
     def __getitem__(self, number: Any) -> Textures | list[Textures]:
-        """The textures of one of the modules, or a list of those of a slice."""
+        """Return the textures of one of the modules, or a list of those of a slice."""
         if isinstance(number, slice):
             return [self[k] for k in range(len(self))[number]]
         if (whole := as_whole(number)) is None:

@@ -58,7 +58,7 @@ def background(settings: Settings, texels: int, surface_texels: int) -> LeftOut:
 
 
 def ao_seconds(textures: Textures, settings: Settings, neighbours: Sequence[Neighbour] = ()) -> tuple[float, float]:
-    """Seconds of a view's AO as it runs, and with all that is left out; the shortest of five runs each."""
+    """Return seconds of a view's AO as it runs, and with all that is left out; the shortest of five runs each."""
     view = textures.view
     gbuffer = textures.gbuffer
     all_radii = replace(settings, radii=other_radii(settings.radii))
@@ -75,7 +75,7 @@ def other_radii(radii: Iterable[float]) -> tuple[float, ...]:
 
 
 def without_background(gbuffer: GBuffer) -> GBuffer:
-    """The G-buffer with its farthest surface in all texels that see none."""
+    """Return the G-buffer with its farthest surface in all texels that see none."""
     assert gbuffer.positions is not None  # AO reads them
     seen = gbuffer.triangle >= 0
     at = np.argmax(np.where(seen, gbuffer.depth, -inf))
@@ -90,5 +90,5 @@ def without_background(gbuffer: GBuffer) -> GBuffer:
 
 
 def described(left: LeftOut) -> list[dict[str, Any]]:
-    """The entries of the manifest."""
+    """Return the entries of the manifest."""
     return [{"what": what, "left_out": count, "of": of, "why": RULES[what]} for what, (count, of) in left.items()]

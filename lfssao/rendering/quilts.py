@@ -17,7 +17,7 @@ from lfssao.rendering.folder import read_layer
 
 
 def place_of(index: int, columns: int, rows: int, size: tuple[int, int]) -> tuple[slice, slice]:
-    """Rows and columns of pixels of a view, a number from 0, each view of ``size`` (width, height)."""
+    """Return rows and columns of pixels of a view, a number from 0, each view of ``size`` (width, height)."""
     row = rows - 1 - index // columns
     column = index % columns
     return slice(row * size[1], (row + 1) * size[1]), slice(column * size[0], (column + 1) * size[0])

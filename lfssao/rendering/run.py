@@ -93,7 +93,7 @@ def check_memory(width: int, height: int, radius_count: int, texel_bytes: int, b
 
 
 def needed_memory(texels: int, radius_count: int, texel_bytes: int, bent: bool = False) -> int:
-    """Bytes that one view takes, from its ray cast to its file; ``texel_bytes`` is the estimator's.
+    """Return bytes that one view takes, from its ray cast to its file; ``texel_bytes`` is the estimator's.
 
     bent: whether bent normals, three numbers a radius, are kept.
     """
@@ -103,7 +103,7 @@ def needed_memory(texels: int, radius_count: int, texel_bytes: int, bent: bool =
 
 
 def _views_at_once(job: Job, most: int) -> int:
-    """How many views may be in memory at the same time, at least 1 and at most ``most``."""
+    """Return how many views may be in memory at the same time, at least 1 and at most ``most``."""
     available = available_memory()
     if available is None:
         return most
@@ -127,7 +127,7 @@ class Renderer:
         self._build_seconds = 0.0
 
     def prepare(self, item: Item) -> RayCaster:
-        """The ray caster for an item's frame; an InputError if the mesh leaves float32 in cast space."""
+        """Return the ray caster for an item's frame; an InputError if the mesh leaves float32 in cast space."""
         transform = self.job.transform(item.frame)
         view = self.job.views[item.view]
         place = transform.tobytes() + view.cast_from_world.tobytes()
@@ -151,7 +151,7 @@ class Renderer:
         return [] if self._depths is None else self._depths.neighbours(neighbours, self.job.settings.caster)
 
     def textures(self, item: Item) -> Textures:
-        """An item's textures; their seconds include those of building trees for it."""
+        """Return an item's textures; their seconds include those of building trees for it."""
         job = self.job
         with kernel_threads(self._threads):
             caster = self.prepare(item)
@@ -163,7 +163,7 @@ class Renderer:
 def run_here(
     renderer: Renderer, items: Sequence[Item], threads: int, ahead: int, field: LightField | None = None
 ) -> Results:
-    """Results of the items in their order, rendered in the calling thread; other threads write files meanwhile.
+    """Yield results of the items in their order, rendered in the calling thread; other threads write files meanwhile.
 
     At most ``ahead`` views are in memory; with 1 nothing is rendered while a file is written. Files that were begun are
     finished where one cannot be written (InputError) or the generator is closed.
@@ -212,7 +212,7 @@ def run_item(job: Job, item: Item, threads: int, version: str) -> output.Result:
 
 
 def recover(job: Job, threads: int, bar: Callable[..., Any] = iter) -> dict[Item, output.Result]:
-    """The items that an earlier job left whole (``output.recover_view``); ``bar`` passes on one step an item."""
+    """Return the items that an earlier job left whole (``output.recover_view``); ``bar`` passes on one step an item."""
     use_one_thread_a_file()
     with ThreadPoolExecutor(threads) as pool:
         results = list(bar(pool.map(partial(output.recover_view, job), job.items())))

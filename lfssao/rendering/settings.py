@@ -258,7 +258,7 @@ def settings_of(
     seed: int | None = None,
     **others: Any,
 ) -> Settings:
-    """Settings by the words of ``lfssao render``, by default of its values: the same bits.
+    """Return settings by the words of ``lfssao render``, by default of its values: the same bits.
 
     Radii are numbers in scene units or per cent of the mesh's diagonal, such as '1%'. Samples are their number, or
     offsets; sampling is a method of the ball, and seed that of samples and turns. Others are those of ``Settings``.

@@ -118,7 +118,7 @@ class LightField:
         return [index for index in self._room if self._starts[index] < 0]
 
     def photograph(self, eye_x: float, width: int = 1024, blend: str = "linear") -> "Photograph":
-        """A photograph of the screen from an eye on the observer line (LF figure 14).
+        """Return a photograph of the screen from an eye on the observer line (LF figure 14).
 
         At a screen point a module's weight depends on the angle between the line to the eye and the module's ray, seen
         from above and taken by its sine. A ray reaches an eye up to half an angular step of the modules from it.
@@ -149,7 +149,7 @@ class LightField:
     def _compose(
         self, eye_x: float, width: int, blend: str, texels: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.int64]]:
-        """The picture, and what the kernel tells of each of its rows: dark pixels, and columns that are seen."""
+        """Return the picture, and what the kernel tells of each of its rows: dark pixels, and columns that are seen."""
         check_choice("blend", blend, BLENDS)
         display = self.display
         eye = eye_point(display, eye_x)
@@ -233,7 +233,7 @@ def eye_point(display: Display | str | Path, eye_x: float) -> tuple[float, float
 
 
 def eye_view(display: Display | str | Path, physical_from_world: Matrix, eye_x: float, width: int = 1024) -> View:
-    """The ideal picture of a display: a pinhole at the eye whose window is the screen.
+    """Return the ideal picture of a display: a pinhole at the eye whose window is the screen.
 
     Its cast space is physical space with the eye as origin; a ``RayCaster`` for it is made with
     ``view.cast_from_world``. With z from the eye and d its distance from z = 0: u = W / 2 + (W / w) (e_x + d x / z)

@@ -29,12 +29,12 @@ def check_sampler(function: Any, n: int, seeds: int | Iterable[int], name: str =
 
 
 def _usual(function: Any) -> dict[str, Any]:
-    """Options of a sampler that are not given."""
+    """Return options of a sampler that are not given."""
     return {"domain": "square", "bounds": (0.0, 1.0)} if hasattr(function, "random") else {"domain": "ball"}
 
 
 def _sets_of(function: Any, n: int, seeds: int | Iterable[int]) -> list[NDArray[Any]]:
-    """The sets that a sampler makes; InputError if it takes no (n, seed), and for n or seeds that are none."""
+    """Return the sets that a sampler makes; InputError if it takes no (n, seed), and for n or seeds that are none."""
     engine = hasattr(function, "random")
     n = check_whole("n", n, 1)
     chosen = seeds if isinstance(seeds, Iterable) else range(check_whole("seeds", seeds, 1))

@@ -26,7 +26,7 @@ _AXES = {"square": ("xi_1", "xi_2"), "disk": ("x", "y"), "sphere": ("x", "y", "z
 
 
 def _table(made: SampleSet) -> FloatArray:
-    """Coordinates and, if the set has them, weights: (n, d) or (n, d + 1)."""
+    """Return coordinates and, if the set has them, weights: (n, d) or (n, d + 1)."""
     return made.points if made.weights is None else np.column_stack([made.points, made.weights])
 
 
@@ -63,7 +63,7 @@ def to_glsl(made: SampleSet) -> bytes:
 
 
 def _literal(number: float) -> str:
-    """The shortest float32 literal that GLSL reads back to the same bits."""
+    """Return the shortest float32 literal that GLSL reads back to the same bits."""
     return str(np.format_float_scientific(np.float32(number), trim="0"))
 
 

@@ -13,7 +13,7 @@ from lfssao.samples.rotation import MOST_TILE, check_tile
 
 
 def read_noise(path: Path, below: bool, sizes: Collection[Size] | None = None) -> NDArray[Any]:
-    """The angles of a file of one channel, (h, w), or its vectors, (h, w, 2 or 3), from the uppermost row on.
+    """Return the angles of a file of one channel, (h, w), or its vectors, (h, w, 2 or 3), from the uppermost row on.
 
     below: whether the file, or each tile of it, begins with the lowest row. InputError if it is of neither one of the
     sizes nor a tile's, or tiles that begin below end differently at the top of textures of several heights.

@@ -263,7 +263,7 @@ def _uniform(of: Points) -> list[Finding]:
 
 
 def _judged(n: int, alarm: float, what: str, value: Any, part: str, p_value: Any, fair: float = 0.5) -> Finding:
-    """The finding of a statistic that is at least the excess of the points in a part over its fair share."""
+    """Return the finding of a statistic that is at least the excess of the points in a part over its fair share."""
     least = statistics.least_share(p_value, n, alarm, fair)
     return Finding(what, float(value), alarm, float(p_value(value, n)), _power(n, part, fair, least))
 
@@ -279,7 +279,7 @@ def _cells(values: FloatArray, count: int) -> np.ndarray:
 
 
 def _not_one(what: str, place: np.ndarray, cells: int) -> Finding:
-    """The number of cells that do not hold exactly one of the points at these places."""
+    """Return the number of cells that do not hold exactly one of the points at these places."""
     wrong = int(np.sum(np.bincount(place, minlength=cells) != 1))
     return Finding(f"{what} without exactly one point", wrong, 0)
 

@@ -41,7 +41,7 @@ class Rotation:
 
 
 def hash_radians(x: NDArray[np.int64], y: NDArray[np.int64], common: bool) -> NDArray[np.int32]:
-    """Radians by which SAO's spiral is turned at texels (x, y), whole numbers: equation 8 as C reads it.
+    """Return radians by which SAO's spiral is turned at texels (x, y), whole numbers: equation 8 as C reads it.
 
     The hash is (30 x) ^ (y + 10 x y); in ``common`` renderers it is 10 ((3 x) ^ (y + x y)). It wraps to 32 bits,
     signed, as a shader's int does; textures of up to 14,000 texels a side stay below that.
@@ -68,7 +68,7 @@ def float32_rounding(name: str, height: int, width: int) -> float:
 
 
 def half_turns(radians: NDArray[np.int32]) -> FloatArray:
-    """Angles of whole numbers of radians in half-turns: float64 in [0, 2).
+    """Return angles of whole numbers of radians in half-turns: float64 in [0, 2).
 
     The product with 1 / (2 pi) is taken in 128-bit integers modulo one turn and cut, once, to a multiple of 2**-52.
     """

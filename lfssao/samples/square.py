@@ -19,7 +19,7 @@ Points = Callable[[int, int, int], FloatArray]
 
 
 def grid(n: int) -> tuple[int, int]:
-    """Columns and rows of the grid nearest to a square with columns * rows = n; for a prime n one row."""
+    """Return columns and rows of the grid nearest to a square with columns * rows = n; for a prime n one row."""
     rows = next(r for r in range(isqrt(n), 0, -1) if n % r == 0)
     return n // rows, rows
 
@@ -29,7 +29,7 @@ def _jittered(n: int, seed: int, columns: int) -> FloatArray:
 
 
 def _by(kernel: Callable[..., object]) -> Points:
-    """Points that a kernel makes of the seed alone."""
+    """Return points that a kernel makes of the seed alone."""
     return lambda n, seed, columns: fill(kernel, (n, columns), np.uint64(seed))
 
 

@@ -18,7 +18,7 @@ from lfssao.samples.sets import FloatArray
 
 
 def unit_cube(points: FloatArray, domain: str, r_min: float = 0.0, r_max: float = 1.0) -> FloatArray:
-    """Points of a domain in the unit cube, volumes kept: (n, 2), or (n, 3) of a ball.
+    """Return points of a domain in the unit cube, volumes kept: (n, 2), or (n, 3) of a ball.
 
     The coordinates, each from 0 to 1, are (xi_1, xi_2) of the 'square', (z, phi) of the 'sphere', (z / r, phi, r^3) of
     the 'ball' and (r^2, phi) of the 'disk'; r^3 is left out where the ball's shell has equal radii.
@@ -39,7 +39,7 @@ def unit_cube(points: FloatArray, domain: str, r_min: float = 0.0, r_max: float 
 
 
 def departures(values: FloatArray) -> FloatArray:
-    """How far the fraction of n values below any place is above the place at most, and how far below: (2, ...).
+    """Return how far the fraction of n values below any place is above the place at most, and how far below: (2, ...).
 
     Values are (n, ...), on [0, 1]. The larger is Kolmogorov and Smirnov's distance from the uniform distribution. The
     sum is Kuiper's, for which [0, 1] is a circle that begins anywhere.
@@ -57,12 +57,12 @@ def kuiper_p(distance: float, n: int) -> float:
 
 
 def caps_p(distance: float, n: int) -> float:
-    """The most that the p-value of ``cap_discrepancy`` can be: that of one axis as often as there are axes."""
+    """Return the most that the p-value of ``cap_discrepancy`` can be: that of one axis as often as there are axes."""
     return float(min(1, len(_AXES) * stats.kstwo.sf(distance, n)))
 
 
 def share_p(excess: float, n: int, fair: float = 0.5) -> float:
-    """The p-value of a share of n points that is off by ``excess`` from the fair one, either way."""
+    """Return the p-value of a share of n points that is off by ``excess`` from the fair one, either way."""
     k = round((fair + excess) * n)
     return float(min(1, 2 * min(stats.binom.cdf(k, n, fair), stats.binom.sf(k - 1, n, fair))))
 
@@ -87,7 +87,7 @@ def chi_square_share(cells: int, n: int, alarm: float) -> float:
 
 
 def _axes(count: int) -> FloatArray:
-    """Directions spread over the sphere, (count, 3): a Fibonacci sphere."""
+    """Return directions spread over the sphere, (count, 3): a Fibonacci sphere."""
     k = np.arange(count) + 0.5
     z = 1 - 2 * k / count
     phi = pi * (1 + sqrt(5)) * k
@@ -107,7 +107,7 @@ def cap_discrepancy(points: FloatArray) -> float:
 
 
 def nearest_distance(points: FloatArray, wraps: bool = False) -> float:
-    """The least distance of two points, infinite for one point; with ``wraps`` on LF's square as a cylinder."""
+    """Return the least distance of two points, infinite for one point; with ``wraps`` on LF's square as a cylinder."""
     x = np.array(points, np.float64)
     if len(x) < 2:
         return np.inf

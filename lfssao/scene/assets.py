@@ -73,7 +73,7 @@ class Assets:
         return None
 
     def image(self, name: str, data: bytes | None, decode: Callable[[Any], Decoded]) -> Decoded:
-        """An image that the mesh file names, or of these bytes, as ``decode`` makes it of Pillow's.
+        """Return an image that the mesh file names, or of these bytes, as ``decode`` makes it of Pillow's.
 
         InputError if it cannot be read, or if images take too much memory together.
         """
@@ -135,7 +135,7 @@ def bytes_of(image: Any) -> int:
 
 
 def reason_of(path: Path, error: Exception) -> str:
-    """The reason why reading failed, in words that do not need the libraries' source."""
+    """Return the reason why reading failed, in words that do not need the libraries' source."""
     reason = " ".join(str(error).split())[:200] or type(error).__name__
     if isinstance(error, OSError) and error.strerror:
         reason = error.strerror

@@ -47,7 +47,7 @@ def builtin_scene(name: str = "gallery") -> Mesh:
 
 
 def find_scene(scene: Any, texture: str | Path | None = None) -> Mesh:
-    """The embedded scene of a name, the mesh of a file (``load_scene``), or of an object.
+    """Return the embedded scene of a name, the mesh of a file (``load_scene``), or of an object.
 
     Objects are a ``Mesh``, a mesh or a scene of trimesh with its colours, vertices (V, 3) and faces (F, 3) as a pair,
     or anything that has these two as attributes. A name of ``BUILTIN`` wins over a folder of that name. InputError if
@@ -110,7 +110,7 @@ def _gallery(scene: str) -> _Arrays:
 
 
 def _placed(vertices: NDArray[Any], to: tuple[float, float, float], turn: tuple[float, float]) -> NDArray[np.float64]:
-    """Vertices (V, 3) turned about the y axis by an angle, given as sine and cosine, and then moved."""
+    """Return vertices (V, 3) turned about the y axis by an angle, given as sine and cosine, and then moved."""
     x, y, z = vertices.T
     sine, cosine = turn
     return np.stack([cosine * x + sine * z + to[0], y + to[1], cosine * z - sine * x + to[2]], axis=1)

@@ -42,7 +42,7 @@ def take_scene(scene: Any, assets: Assets) -> list[Part]:
 
 
 def _parts_of(path: Path, scene: Any, given: Any, assets: Assets) -> list[Part]:
-    """The parts of a scene, and the normals that were given with them."""
+    """Return the parts of a scene, and the normals that were given with them."""
     placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
     meshes = [(scene.geometry[name], transform, name) for transform, name in placed]
     meshes = [each for each in meshes if isinstance(each[0], trimesh.Trimesh) and len(each[0].faces)]

@@ -24,7 +24,7 @@ _PLANES = 284  # tag of TIFF: 2 for colours in planes
 
 
 def read_image(path: Path) -> NDArray[np.float32]:
-    """An image file as (h, w, 3) linear RGB."""
+    """Return an image file as (h, w, 3) linear RGB."""
     check_file(path)
     try:
         with warnings.catch_warnings():
@@ -51,7 +51,7 @@ def opacity(image: Any) -> NDArray[np.float32] | None:
 
 
 def texture(image: Any) -> NDArray[np.float32]:
-    """Pixels of a Pillow image as (h, w, 3) linear RGB; transparency is left out.
+    """Return pixels of a Pillow image as (h, w, 3) linear RGB; transparency is left out.
 
     Images of 16 bits that are loaded already have 8 of them left. ValueError for pixels that Pillow gives only in part.
     """

@@ -75,7 +75,7 @@ def convert_scene(scene: object) -> Mesh:
 
 
 def _read(path: Path, assets: Assets) -> list[Part]:
-    """The parts of a file, by the reader of its ending."""
+    """Return the parts of a file, by the reader of its ending."""
     try:
         with warnings.catch_warnings():
             # Libraries warn of what is checked here, except for NumPy's reading of numbers up to a word that is none.

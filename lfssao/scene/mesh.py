@@ -74,7 +74,7 @@ class Paint:
 
 
 def samplers_of(paint: Paint) -> tuple[Sampler, ...]:
-    """How the texture of each material is read, also where the paint does not say."""
+    """Return how the texture of each material is read, also where the paint does not say."""
     return (REPEATED,) * len(paint.textures) if paint.samplers is None else paint.samplers
 
 

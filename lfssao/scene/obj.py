@@ -66,7 +66,7 @@ def read_obj(path: Path, data: bytes, assets: Assets) -> list[Part]:
 
 
 def _triples(path: Path, lines: Lines, corners: IntArray, counts: IntArray, assets: Assets) -> IntArray:
-    """The vertex, texture coordinate and normal of each corner, (C, 3), counted from 0; -1 where it has none."""
+    """Return the vertex, texture coordinate and normal of each corner, (C, 3), counted from 0; -1 where it has none."""
     triples = np.array(lines.table.triples, np.int64).reshape(-1, 3) - 1
     known = len(lines.positions) // 3, len(lines.coordinates) // 2, len(lines.normals) // 3
     wrong = triples[:, 0] >= known[0]
@@ -111,7 +111,7 @@ def _part(
     mapped: bool,
     colors: NDArray[np.float32] | None,
 ) -> Part:
-    """Triangles of corners, (T, 3), as a part, whose vertices are the different corners."""
+    """Return triangles of corners, (T, 3), as a part, whose vertices are the different corners."""
     used = np.zeros(len(triples), np.bool_)
     used[triangles] = True
     mine = triples[used]
@@ -160,7 +160,7 @@ class _Materials:
         self._found = {**found, **self._found}
 
     def find(self, name: str | None) -> Material:
-        """The material of a name that faces use; a white one if no file has it."""
+        """Return the material of a name that faces use; a white one if no file has it."""
         if name is None:
             return Material()
         material = self._found.get(name) or self._found.get(name.partition("#")[0].strip())

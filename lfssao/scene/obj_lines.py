@@ -105,7 +105,7 @@ class Lines:
         self.materials.append(self._material)
 
     def _absolute(self, word: str) -> str:
-        """A corner whose negative numbers count backwards from the lines read last."""
+        """Return a corner whose negative numbers count backwards from the lines read last."""
         read = len(self.positions) // 3, len(self.coordinates) // 2, len(self.normals) // 3
         parts = word.split("/")
         for place, (part, count) in enumerate(zip(parts, read, strict=False)):

@@ -88,7 +88,7 @@ def _by_lines(values: FloatArray, sizes: IntArray, counts: IntArray, widths: lis
 
 
 def _by_words(values: FloatArray, counts: IntArray, width: int) -> _Rows | None:
-    """The rows of a file without colours of faces, wherever its lines end; None if the numbers do not fit."""
+    """Return the rows of a file without colours of faces, wherever its lines end; None if the numbers do not fit."""
     place = int(counts[0]) * width
     begins = []
     for _ in range(int(counts[1])):

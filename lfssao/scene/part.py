@@ -121,7 +121,7 @@ def join(parts: list[Part]) -> dict[str, Any]:
 
 
 def _join_paint(parts: list[Part]) -> Paint | None:
-    """The paint of all parts, one material each; None if no part has colour."""
+    """Return the paint of all parts, one material each; None if no part has colour."""
     if not any(part.colored for part in parts):
         return None
     uv = [np.zeros((len(p.vertices), 2)) if p.uv is None else p.uv for p in parts]

@@ -61,7 +61,7 @@ def read_ply(path: Path, data: bytes, assets: Assets) -> list[Part]:
 
 
 def _polygons(path: Path, face: Element) -> Polygons:
-    """The corners of faces."""
+    """Return the corners of faces."""
     for name in _INDICES:
         if name in face.lists:
             return Polygons(whole(face.lists[name][0]), face.lists[name][1])
@@ -124,7 +124,7 @@ def _take_corner_coordinates(
 
 
 def _with_images(path: Path, part: Part, chosen: IntArray, images: list[str], assets: Assets) -> list[Part]:
-    """A part for each image that faces choose by its number."""
+    """Return a part for each image that faces choose by its number."""
     if not images or assets.given is not None:
         return [part]
     if part.uv is None:

@@ -47,7 +47,7 @@ class Element:
         return {name: kind for name, kind, _ in self.properties}
 
     def several(self, *choices: tuple[str, ...]) -> FloatArray | None:
-        """Columns (count, n) float64 of the first choice whose names are all there."""
+        """Return columns (count, n) float64 of the first choice whose names are all there."""
         for names in choices:
             if all(name in self.columns for name in names):
                 return np.stack([self.columns[name].astype(np.float64) for name in names], axis=1)
@@ -73,7 +73,7 @@ def read_elements(path: Path, data: bytes, assets: Assets) -> tuple[dict[str, El
 
 
 def _header(path: Path, header: str) -> tuple[str, list[Element]]:
-    """The format and the elements that a header declares."""
+    """Return the format and the elements that a header declares."""
     form = ""
     elements = list[Element]()
     for number, line in enumerate(header.split("\n"), 2):

@@ -104,7 +104,7 @@ def _convex(flat: FloatArray) -> NDArray[np.bool_]:
 
 
 def _ears(name: str, flat: FloatArray) -> IntArray:
-    """Triangles, at most (n - 2, 3), of one polygon (n, 2) counterclockwise."""
+    """Return triangles, at most (n - 2, 3), of one polygon (n, 2) counterclockwise."""
     found = mapbox_earcut.triangulate_float64(np.ascontiguousarray(flat), np.array([len(flat)], np.uint32))
     ears = found.astype(np.int64).reshape(-1, 3)
     sizes = _areas(flat[ears])

@@ -53,7 +53,7 @@ def _part(path: Path, vertices: FloatArray, assets: Assets) -> Part:
 
 
 def _vertices_of_text(path: Path, text: str) -> FloatArray:
-    """Vertices, (3 F, 3), of the facets of a text."""
+    """Return vertices, (3 F, 3), of the facets of a text."""
     if not re.match(r"\s*(solid|facet)\b", text, re.IGNORECASE):
         raise InputError(f"{path}: it is no STL file: neither does text begin with 'solid', nor is it binary")
     text = re.sub(r",(?=\s)", " ", _NAME.sub("", text.lower()))
@@ -71,7 +71,7 @@ def _vertices_of_text(path: Path, text: str) -> FloatArray:
 
 
 def _facets(text: str) -> tuple[NDArray[np.object_], int | None]:
-    """The words of whole facets, and the number of the first that is none."""
+    """Return the words of whole facets, and the number of the first that is none."""
     words = text.split()
     facets = np.array(words[: len(words) // len(_FORM) * len(_FORM)], object).reshape(-1, len(_FORM))
     right = (facets[:, _WORDS] == np.array(_FORM, object)[_WORDS]).all(axis=1)

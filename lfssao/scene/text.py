@@ -36,7 +36,7 @@ def as_text(data: bytes) -> str:
 
 
 def numbers(text: bytes, line: int, unit: str = "line") -> NDArray[np.float64]:
-    """Words of a text as float64, each correctly rounded; ValueError with the line of one that is no number.
+    """Return words of a text as float64, each correctly rounded; ValueError with the line of one that is no number.
 
     line: the number of its first line. unit: the word for a line of it.
     """
@@ -55,7 +55,7 @@ def numbers(text: bytes, line: int, unit: str = "line") -> NDArray[np.float64]:
 
 
 def whole(values: NDArray[np.generic]) -> NDArray[np.int64]:
-    """Numbers of any type as int64; ValueError if one is not whole."""
+    """Return numbers of any type as int64; ValueError if one is not whole."""
     wide = values.astype(np.float64)
     if not (np.abs(wide) < 2.0**53).all() or (wide != np.floor(wide)).any():
         raise ValueError("a number of a list is not whole")

@@ -14,7 +14,7 @@ _FORMATS = (".png", ".svg", ".pdf")
 
 
 def draw_display(display: Display) -> Figure:
-    """A figure of a display from above, (x, z), and from the side, (y, z), in metres, the viewers below.
+    """Return a figure of a display from above, (x, z), and from the side, (y, z), in metres, the viewers below.
 
     It shows the modules, the screen, the observers' line or arc, the region of interest, and rays of the first, middle
     and last module: those of the middle row of texels from above, those of the middle column from the side. From above
@@ -61,7 +61,7 @@ def _draw(axes: Any, display: Display, axis: int, reach: float) -> None:
 
 
 def _arc(curvature: float, z: float, half: float) -> tuple[Any, Any]:
-    """Points, x and z, of the circle of that curvature through (0, z), for abs(x) <= half, as far as it goes."""
+    """Return points, x and z, of the circle of that curvature through (0, z), for abs(x) <= half, as far as it goes."""
     if curvature != 0.0:
         half = min(half, 0.999 / abs(curvature))
     x = np.linspace(-half, half, 201)

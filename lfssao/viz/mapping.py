@@ -74,7 +74,7 @@ def _project(matrix: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[
 
 
 def _equations(rows: NDArray[np.float64], image: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rows (X, 0, -u X) and (0, X, -v X), which a matrix's numbers multiply."""
+    """Return the rows (X, 0, -u X) and (0, X, -v X), which a matrix's numbers multiply."""
     none = np.zeros_like(rows)
     u, v = image.T[:, :, None]
     return np.vstack([np.hstack([rows, none, -u * rows]), np.hstack([none, rows, -v * rows])])

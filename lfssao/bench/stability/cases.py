@@ -45,7 +45,7 @@ def _occlusion(
 
 
 def _display(z: float, far: float, k_1: float = 0.0) -> Display:
-    """A flat display with one module at depth z and a region of interest from -0.1 to a depth."""
+    """Return a flat display with one module at depth z and a region of interest from -0.1 to a depth."""
     lens = Module(0.0, 0.0, z, 8, 8, k1=k_1)
     return Display("bench", 2.0, 1.0, 0.0, -4.0, (lens,), ((-1.0, -1.0, -0.1), (1.0, 1.0, far)))
 
@@ -79,7 +79,7 @@ REFUSALS = (
 
 
 def _degraded(why: str, path: str = "float32") -> Stated:
-    """A sentence on one path, or on both if that is ''; error analysis bounds how large errors are."""
+    """Return a sentence on one path, or on both if that is ''; error analysis bounds how large errors are."""
     return {path: (inf, why)}
 
 

@@ -69,7 +69,7 @@ def compare(name: str, textures: Buffers, radius: float, parameters: Mapping[str
 
 
 def _hills(s: FloatArray, t: FloatArray, odd: FloatArray) -> FloatArray:
-    """A slanted wall with a ball and a step before it and a hole."""
+    """Return a slanted wall with a ball and a step before it and a hole."""
     bump = np.sqrt(np.maximum(0.25 - (s - 0.2) ** 2 - t * t, 0))
     heights = 0.3 * s - 0.2 * t - 0.6 * bump - 0.4 * (s > 0.6) + 0 * odd
     return np.where((s < -0.7) & (t < -0.6), np.inf, heights)
@@ -142,7 +142,7 @@ CONDITIONS: dict[str, tuple[str, Stated]] = {
 
 
 def conditions() -> Inputs:
-    """Inputs of all of them: the name, a text, and a function that runs an estimator by name."""
+    """Yield inputs of all conditions: the name, a text, and a function that runs an estimator by name."""
     for kind in VIEWS:
         for name, text, run in chain(_radii(kind), _parameters(kind), _textures(kind)):
             yield name, f"{kind}, {text}", run
@@ -198,7 +198,7 @@ def _edge_on(textures: Buffers) -> Buffers:
 
 
 def at_corners(kind: str, textures: Buffers) -> Buffers:
-    """Positions of a plane in the texels' upper left corners, where there are some."""
+    """Return positions of a plane in the texels' upper left corners, where there are some."""
     flat = seen(kind, "a plane", 0.05).positions.copy()
     flat[1:, 1:] = (flat[1:, 1:] + flat[:-1, 1:] + flat[1:, :-1] + flat[:-1, :-1]) / 4
     return replace(textures, positions=flat)

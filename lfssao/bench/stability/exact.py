@@ -81,7 +81,7 @@ class _View(FloatView):
         return int(texel) % self.width
 
     def hashed_turn(self, at: Any, angle: Any) -> tuple[Tracked, Tracked]:
-        """The kernels' own: a sum in float32 is what it is in every arithmetic."""
+        """Return the kernels' own value: a sum in float32 is the same in every arithmetic."""
         sine, cosine = unit_of(summed_angle(at[0], at[1], float(angle.value)))
         return angle.arithmetic.given(cosine), angle.arithmetic.given(sine)
 
@@ -130,20 +130,20 @@ class _View(FloatView):
 
 
 def _ends_of(x: Tracked) -> tuple[float, float]:
-    """The least and the most that a number may be, its rounding to float64 included."""
+    """Return the least and the most that a number may be, its rounding to float64 included."""
     off = x.error + 2.0**-51 * max(x.size, 1.0)
     return float(x.value) - off, float(x.value) + off
 
 
 def _middles(x: Tracked, levels: Iterable[int]) -> Iterator[float]:
-    """The middles of texels of some levels among what a coordinate may be."""
+    """Yield the middles of texels of some levels among what a coordinate may be."""
     low, high = _ends_of(x)
     for size in (2.0**level for level in levels):
         yield from ((m + 0.5) * size for m in range(ceil(low / size - 0.5), floor(high / size - 0.5) + 1))
 
 
 def _places(x: Tracked, kinks: Iterable[float]) -> list[float]:
-    """The ends of what a number may be, and the kinks between them."""
+    """Return the ends of what a number may be, and the kinks between them."""
     low, high = _ends_of(x)
     return [low, *(kink for kink in kinks if low < kink < high), high]
 
@@ -212,7 +212,7 @@ class Formulas:
         return found
 
     def _look_up(self, seen: Image, numbers: Callable[[int | None], Sequence[Any]]) -> list[Any]:
-        """Numbers of the texel that an image point lies in, or may lie in."""
+        """Return numbers of the texel that an image point lies in, or may lie in."""
         here, others = landed(seen, (self.rows, self.view.width))
         exact = [self._number(x) for x in numbers(here)]
         if others is None:
@@ -224,7 +224,7 @@ class Formulas:
         return x if isinstance(x, Tracked | Sectors) else self.work.given(x)
 
     def _terms(self, here: Any, texel: int) -> Iterator[Tracked]:
-        """The terms of a texel's samples."""
+        """Yield the terms of a texel's samples."""
         view = self.view
         own = self.estimator
         for s in range(own.points.shape[0]):
@@ -241,7 +241,7 @@ class Formulas:
             yield from self._look_up(point, term)
 
     def _rises(self, here: Any, texel: int) -> Iterator[Tracked]:
-        """The numbers that a texel's steps add."""
+        """Yield the numbers that a texel's steps add."""
         view = self.view
         own = self.estimator
         half = self.work.given(0.5)

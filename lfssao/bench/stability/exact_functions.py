@@ -29,7 +29,7 @@ def change(function: Callable[[Fraction], Fraction], x: Fraction, error: float) 
 
 
 def arc_cosine(x: Fraction) -> Fraction:
-    """The angle of a cosine, which is held between -1 and 1, to 2^-200 of itself.
+    """Return the angle of a cosine, which is held between -1 and 1, to 2^-200 of itself.
 
     It is 2^14 times the one whose sine's square is left after the angle has been halved 14 times.
     """
@@ -62,7 +62,7 @@ def cosine_and_sine(x: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def root_of_bits(x: Fraction) -> Fraction:
-    """The line that ``lfssao.core.elementary.root_of_bits`` rounds, of a number from 0 on."""
+    """Return the line that ``lfssao.core.elementary.root_of_bits`` rounds, of a number from 0 on."""
     if x < Fraction(1, 2**126):
         return Fraction(0)
     exponent = x.numerator.bit_length() - x.denominator.bit_length()
@@ -80,7 +80,7 @@ def crude_root(x: Fraction, error: float, is_rounded: bool) -> tuple[Fraction, f
 
 
 def power_of(x: Fraction, k: float) -> Fraction:
-    """A power of a number from 0 on, to 60 digits."""
+    """Return a power of a number from 0 on, to 60 digits."""
     if k == 0:
         return Fraction(1)
     with localcontext(prec=64):

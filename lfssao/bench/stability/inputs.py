@@ -40,7 +40,7 @@ def lattice() -> NDArray[np.float64]:
 def display(
     module_x: float = 0.25, module_z: float = 2.5, observer_y: float = 0.125, observer_z: float = -4.0
 ) -> Display:
-    """A flat display of 2 x 1 m with one module of 8 x 8 texels, and observers."""
+    """Return a flat display of 2 x 1 m with one module of 8 x 8 texels, and observers."""
     roi = ((-0.8, -0.4, -0.3), (0.8, 0.4, 0.3))
     return Display("bench", 2.0, 1.0, observer_y, observer_z, (Module(module_x, 0.0, module_z, SIZE, SIZE),), roi)
 
@@ -67,12 +67,12 @@ def scene(
 
 
 def near(slit: float, k: int, axis: int) -> Stiff:
-    """Points within 2^-k of a slit, the lens or the observers, of a module in the middle."""
+    """Return points within 2^-k of a slit, the lens or the observers, of a module in the middle."""
     return scene(close_to(slit, k, axis), display(0.0, 2.5, 0.0, -5.0))
 
 
 def close_to(slit: float, k: int, axis: int) -> NDArray[np.float64]:
-    """Points within 2^-k of a slit at 0 along the axis, on the texture; in float32 as long as that can tell."""
+    """Return points within 2^-k of a slit at 0 along the axis, on the texture; in float32 as long as that can tell."""
     points = lattice() * [0.7, 0.4, 0.0]
     points[..., axis] *= 2.0**-k
     points[..., 2] = slit * (1 - (3 + 0.987654321 * lattice()[..., 2]) / 4 * 2.0**-k)
@@ -85,7 +85,7 @@ def on_surface(
     z: float | None = None,
     shown_by: Display = ORDINARY,
 ) -> Stiff:
-    """Points at the centres of the texels, at the depths of the texture or all at z."""
+    """Return points at the centres of the texels, at the depths of the texture or all at z."""
     texture = (lattice()[..., 1] / 4).astype(np.float32) if texture is None else texture
     v, u = np.indices(texture.shape) + 0.5
     origin, direction, _ = shown_by.texel_ray(0, u, v)
@@ -96,7 +96,7 @@ def on_surface(
 
 
 def stored_as(name: str, step: float) -> Stiff:
-    """Samples a quarter of a step behind a surface whose depths are stored in a format of that step."""
+    """Return samples a quarter of a step behind a surface whose depths are stored in a format of that step."""
     depth = ((lattice()[..., 1] + 1) / 8).astype(np.float32)
     wide = depth.astype(np.float64)
     rounded = wide.astype(np.float16) if name == "float16" else np.rint(wide / step) * step
@@ -105,7 +105,7 @@ def stored_as(name: str, step: float) -> Stiff:
 
 
 def along_rays(shown_by: Display, index: int, part: float) -> Stiff:
-    """Points on rays of 8 x 8 texels, and of the corners, at a part of the way from observers to lens.
+    """Return points on rays of 8 x 8 texels, and of the corners, at a part of the way from observers to lens.
 
     Samples lie a hundredth of the rest of the way towards the lens, the surfaces on both sides of them.
     """
@@ -131,12 +131,12 @@ def general_view(shown_by: Display, index: int) -> View:
 
 
 def camera_at_origin(projection: str, far: float) -> Camera:
-    """A camera at the origin that looks along -Z, near plane at 0.5, 1.5 high at the distance 2."""
+    """Return a camera at the origin that looks along -Z, near plane at 0.5, 1.5 high at the distance 2."""
     return Camera(projection, (0.0, 0.0, 0.0), (0.0, 0.0, -2.0), (0.0, 1.0, 0.0), 1.5, 0.5, far)
 
 
 def seen_by(eye: Camera, depth: NDArray[np.float64], offset: Any) -> Stiff:
-    """The texels of a camera with a depth texture, each with a sample."""
+    """Return the texels of a camera with a depth texture, each with a sample."""
     texture = depth.astype(np.float32)
     v, u = np.indices(texture.shape) + 0.5
     return Stiff(eye.view(SIZE, SIZE), np.stack([u, v, texture.astype(np.float64)], axis=-1), np.array(offset), texture)
@@ -146,7 +146,7 @@ _BOX = lattice() * [0.7, 0.4, 0.25]  # points on both sides of the screen
 
 
 def mapped() -> Inputs:
-    """Inputs of all cases of a mapping and of LF's decisions."""
+    """Yield inputs of all cases of a mapping and of LF's decisions."""
     yield from chain(_worlds(), _mappings(), _surfaces(), _cameras())
 
 
@@ -199,7 +199,7 @@ def _mappings() -> Inputs:
 
 
 def _along(part: float, module_x: float, module_z: float, **lens: float) -> Any:
-    """Points on rays of a flat display's module with a lens of other numbers."""
+    """Return points on rays of a flat display's module with a lens of other numbers."""
     shown_by = display(module_x, module_z)
     other = replace(shown_by, modules=(replace(shown_by.modules[0], **lens),))  # type: ignore[arg-type]
     return made(along_rays, other, 0, part)

@@ -132,7 +132,7 @@ class Exact:
         self._unprojected: Any = partial(affine_rows, self._back)
 
     def image(self, texel: tuple[int, ...]) -> tuple[Image, Tracked]:
-        """The image point of a texel's sample, and its image z."""
+        """Return the image point of a texel's sample, and its image z."""
         point, offset = (Vector(*map(self._work.given, x)) for x in (self._case.positions[texel], self._case.offset))
         if self._back:  # Algorithm 1, lines 1 to 3
             made = self._unprojected(point)
@@ -149,7 +149,7 @@ class Exact:
 
 
 def _given(numbers: NDArray[np.float64], work: Arithmetic) -> NDArray[Any]:
-    """Inputs of an arithmetic, an array of the same shape."""
+    """Return inputs of an arithmetic, an array of the same shape."""
     return np.array([work.given(x) for x in numbers.flat], object).reshape(numbers.shape)
 
 

@@ -58,7 +58,7 @@ _WIDE = {"R = 2^5 texels": (seen, 32.0)}  # taps read levels of z
 
 
 def occlusions() -> Inputs:
-    """Inputs of all cases: the name, a text, and a function that runs an estimator by name."""
+    """Yield inputs of all cases: the name, a text, and a function that runs an estimator by name."""
     for what, inputs in (("occlusion", _INPUTS), (SAMPLING, _INPUTS | _WIDE)):
         for path, kind, text in product(PATHS, VIEWS, inputs):
             yield f"{what} in {path}", f"{kind}, {text}", partial(_measured, what, path, kind, *inputs[text])

@@ -42,7 +42,7 @@ def blurred(sigma: float, path: str) -> Measured:
 
 
 def _compared(ours: Any, exact: Sequence[Fraction], relative: float) -> Measured:
-    """Errors of positive numbers whose bound is a relative error of the computed values."""
+    """Return errors of positive numbers whose bound is a relative error of the computed values."""
     errors, ulps = zip(*(error_of(a, b, ours.dtype, 0.0) for a, b in zip(ours, exact, strict=True)), strict=True)
     bounds = [relative / (1 - relative) * float(b) if relative < 1 else np.inf for b in exact]
     exceeded = sum(not error <= bound for error, bound in zip(errors, bounds, strict=True))
@@ -50,7 +50,7 @@ def _compared(ours: Any, exact: Sequence[Fraction], relative: float) -> Measured
 
 
 def _gaussian(texels: NDArray[np.float64], sigma: float, radius: int) -> list[Fraction]:
-    """The blurred row to 40 digits, borders repeated."""
+    """Return the blurred row to 40 digits, borders repeated."""
     with localcontext(prec=60):
         weights = [(-(Decimal(k) ** 2) / (2 * Decimal(sigma) ** 2)).exp() for k in range(-radius, radius + 1)]
         row = np.pad([Decimal(t) for t in texels.tolist()], radius, mode="edge")

@@ -34,12 +34,12 @@ class Arithmetic:
 
     @classmethod
     def of(cls, dtype: DTypeLike) -> "Arithmetic":
-        """The arithmetic of float32 or float64."""
+        """Return the arithmetic of float32 or float64."""
         info = np.finfo(dtype)
         return cls(float(info.epsneg), float(info.smallest_subnormal) / 2, float(info.max))
 
     def number(self, value: Any, error: float = 0.0) -> "Tracked":
-        """A value off by at most ``error``, rounded to the format; without error it stays so if that holds it.
+        """Return a value off by at most ``error``, rounded to the format; without error it stays so if that holds it.
 
         Infinities and NaN have an unbounded error.
         """
@@ -55,11 +55,11 @@ class Arithmetic:
         return made
 
     def given(self, number: Any) -> "Tracked":
-        """An input, rounded to the format."""
+        """Return an input, rounded to the format."""
         return self.number(number, abs(float(number)) * self.probe)
 
     def rounded(self, number: "Tracked") -> "Tracked":
-        """A number of another arithmetic, converted to this one."""
+        """Return a number of another arithmetic, converted to this one."""
         return self.number(number.value, number.error)
 
     def _holds(self, value: Fraction, size: float) -> bool:
@@ -127,7 +127,7 @@ class Tracked:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Any:
-        """The quotient; its error is unbounded where the divisor may be 0."""
+        """Return the quotient; its error is unbounded where the divisor may be 0."""
         if (b := self._of(other)) is None:
             return NotImplemented
         quotient = self.value / b.value if b.value else Fraction(0)
@@ -172,7 +172,7 @@ class Tracked:
         return self.arithmetic.number(value, self.error / float(value) if within else inf)
 
     def arc_cosine(self) -> "Tracked":
-        """The angle of a cosine that is held between -1 and 1, in float64, rounded once; it falls with x."""
+        """Return the angle of a cosine that is held between -1 and 1, in float64, rounded once; it falls with x."""
         off = functions.change(functions.arc_cosine, self.value, min(self.error, 2.0))
         return self.arithmetic.number(functions.arc_cosine(self.value), off + 2.0**-50 * (self.arithmetic.unit > 0))
 
@@ -183,7 +183,7 @@ class Tracked:
         return self.arithmetic.number(cosine, off), self.arithmetic.number(sine, off)
 
     def crude_root(self) -> "Tracked":
-        """The square root by half of a float32's bits."""
+        """Return the square root by half of a float32's bits."""
         return self.arithmetic.number(*functions.crude_root(self.value, self.error, self.arithmetic.unit > 0))
 
     def no_sectors(self) -> "Sectors":
@@ -191,19 +191,19 @@ class Tracked:
         return Sectors(0, 0, 0, self.arithmetic)
 
     def sectors_to(self, last: "Tracked") -> "Sectors":
-        """Sectors from this number to before another, whole numbers from 0 to 32."""
+        """Return sectors from this number to before another, whole numbers from 0 to 32."""
         (least, most), (low, high) = ((x.value - _reach(x), x.value + _reach(x)) for x in (self, last))
         ends = (int(self.value), int(last.value)), (floor(most), ceil(low)), (ceil(least), floor(high))
         exact, must, may = (_bits_between(*each) for each in ends)
         return Sectors(exact, must, may, self.arithmetic)
 
     def number(self, x: Any) -> Any:
-        """A number of another arithmetic in this one's; plain ones stay (``lfssao.core.numbers.number``)."""
+        """Return a number of another arithmetic in this one's; plain ones stay (``lfssao.core.numbers.number``)."""
         same = not isinstance(x, Tracked) or x.arithmetic == self.arithmetic
         return x if same else self.arithmetic.rounded(x)
 
     def double(self) -> "Tracked":
-        """The same in float64; exact arithmetic stays."""
+        """Return the same in float64; exact arithmetic stays."""
         return DOUBLE.rounded(self) if self.arithmetic.unit > DOUBLE.unit else self
 
     def is_number(self) -> Any:
@@ -211,7 +211,7 @@ class Tracked:
         return np.True_ if self.error < inf else Doubt(True, self.arithmetic)
 
     def log2(self) -> "Tracked":
-        """The binary logarithm, rounded once, its value to 60 digits; -1022 below the normal numbers."""
+        """Return the binary logarithm, rounded once, its value to 60 digits; -1022 below the normal numbers."""
         if not self.value >= _NORMAL:
             return Tracked(Fraction(-1022), inf if self.error else 0.0, self.arithmetic)
         with localcontext(prec=64):
@@ -228,7 +228,7 @@ class Tracked:
         return self._whole(trunc)
 
     def _whole(self, cut: Callable[[Fraction], int]) -> "Tracked":
-        """A whole number made of it by a function that grows with it."""
+        """Return a whole number made of it by a function that grows with it."""
         value = cut(self.value)
         error = self.error
         if error < inf:
@@ -287,7 +287,7 @@ class Sectors:
         return Sectors(self.exact | other.exact, self.must | other.must, self.may | other.may, self.arithmetic)
 
     def sector_count(self) -> Tracked:
-        """How many are set."""
+        """Return the number of sectors that are set."""
         exact, must, may = (each.bit_count() for each in (self.exact, self.must, self.may))
         return Tracked(Fraction(exact), float(max(exact - must, may - exact)), self.arithmetic)
 
@@ -316,7 +316,7 @@ class Doubt:
     arithmetic: Arithmetic
 
     def __bool__(self) -> bool:
-        """The branch without rounding, for inputs that are off a little; kernels might take the other one."""
+        """Return the branch without rounding, for inputs that are off a little; kernels might take the other one."""
         if self.arithmetic.unit:
             raise TypeError("a formula branches on a condition that rounding may change")
         return self.holds
@@ -356,7 +356,7 @@ def in_doubt(condition: Any) -> bool:
 
 
 def hull(exact: Any, others: Sequence[Any]) -> Any:
-    """A number, or sectors, that rounding may exchange for others."""
+    """Return a number, or sectors, that rounding may exchange for others."""
     if isinstance(exact, Sectors):
         return exact.hull(others)
     away = (float(abs(x.value - exact.value)) * _SAFETY + x.error for x in others)
@@ -395,6 +395,6 @@ def _reach(x: Tracked) -> Fraction:
 
 
 def _bits_between(first: int, last: int) -> int:
-    """Bits from one number to before another, held between 0 and 32."""
+    """Return bits from one number to before another, held between 0 and 32."""
     first, last = (min(max(each, 0), 32) for each in (first, last))
     return ((1 << last) - 1) & ~((1 << first) - 1)

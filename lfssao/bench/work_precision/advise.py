@@ -34,7 +34,7 @@ def read_result(path: Path) -> dict[str, Any]:
 
 
 def points_of(result: dict[str, Any], error: str, radii: Sequence[float] | None = None) -> list[Point]:
-    """The points of a run, or of one set of radii, that have an error, with two more entries.
+    """Return the points of a run, or of one set of radii, that have an error, with two more entries.
 
     ``error`` is the error, and ``null`` has its null lines, None of a sampling error. A sampling error below ten times
     its reference's own is none.
@@ -59,7 +59,7 @@ def points_of(result: dict[str, Any], error: str, radii: Sequence[float] | None 
 
 
 def pareto_front(points: Sequence[Point], noise: float = 0.0) -> list[Point]:
-    """The points that neither the best constant nor another point beats, fastest first.
+    """Return the points that neither the best constant nor another point beats, fastest first.
 
     A share ``noise`` of times and errors is no difference.
     """
@@ -74,7 +74,7 @@ def pareto_front(points: Sequence[Point], noise: float = 0.0) -> list[Point]:
 
 
 def describe(point: Point) -> str:
-    """A setting in words."""
+    """Return a setting in words."""
     samples = "" if point["samples"] is None else f", {point['samples']} sample{'s' * (point['samples'] != 1)}"
     by = "" if point["sampler"] is None else f" by {point['sampler']}"
     blur = f"blur {point['blur']:g}" if point["blur"] else "no blur"
@@ -82,7 +82,7 @@ def describe(point: Point) -> str:
 
 
 def describe_radii(radii: Sequence[float]) -> str:
-    """A set of radii in words."""
+    """Return a set of radii in words."""
     return f"R {' and '.join(f'{100 * radius:g} %' for radius in radii)}{' merged' if len(radii) > 1 else ''}"
 
 

@@ -13,7 +13,7 @@ _TIMES = (0.5, 1.0, 3.0, 10.0)  # limits, milliseconds, for which the page has a
 
 
 def as_text(result: dict[str, Any]) -> str:
-    """The whole page: settings to take, null lines, all estimators, fronts by radii, slopes."""
+    """Return the whole page: settings to take, null lines, all estimators, fronts by radii, slopes."""
     out = ["# Error against run time", "", _about(result), "", "## Which setting to take", ""]
     for error in advise.ERRORS:
         if advise.points_of(result, error):
@@ -33,7 +33,7 @@ def as_text(result: dict[str, Any]) -> str:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """A Markdown table whose columns are aligned; the first is text, the others are numbers."""
+    """Return a Markdown table whose columns are aligned; the first is text, the others are numbers."""
     lines = [head, *rows]
     first, *widths = (max(map(len, column)) for column in zip(*lines, strict=True))
     rule = ["-" * first, *("-" * (width - 1) + ":" for width in widths)]
@@ -64,7 +64,7 @@ def _nulls(result: dict[str, Any]) -> list[str]:
 
 
 def _at_equal_time(result: dict[str, Any]) -> list[str]:
-    """The least visibility error of each estimator within a time, at the first radii."""
+    """Return the least visibility error of each estimator within a time, at the first radii."""
     radii = result["setup"]["grid"]["radii"][0]
     rows = []
     points = advise.points_of(result, "visibility", radii)
@@ -97,7 +97,7 @@ def _estimators(result: dict[str, Any]) -> list[str]:
 
 
 def _beside(result: dict[str, Any], radii: Sequence[float], error: str) -> str:
-    """The null lines of a front; of own errors they differ, and each row has its best constant."""
+    """Return the null lines of a front; of own errors they differ, and each row has its best constant."""
     if not error.startswith("visibility"):
         return ""
     null = advise.points_of(result, error, radii)[0]["null"]
@@ -114,7 +114,7 @@ def _front(points: Sequence[Point]) -> list[str]:
 
 
 def _slopes(result: dict[str, Any]) -> list[str]:
-    """Slopes at the first radii without blur; points that their reference does not serve are left out."""
+    """Return slopes at the first radii without blur; points that their reference does not serve are left out."""
     radii = result["setup"]["grid"]["radii"][0]
     rows = []
     served = [p for p in advise.points_of(result, "sampling", radii) if not p["blur"]]

@@ -66,7 +66,7 @@ def _spread(times: list[float]) -> float:
 
 
 def times_of(scene: BenchScene, estimator: Estimator, threads: int) -> dict[Setting, tuple[float, float, float]]:
-    """Milliseconds of one thread's work, their spread, and milliseconds of all threads, of each setting."""
+    """Return milliseconds of one thread's work, their spread, and milliseconds of all threads, of each setting."""
     grid = scene.grid
     inputs = inputs_of(estimator, scene.grid, 0)
     texture = scene.buffers.depth.clip(0, 1)  # any: its numbers do not change the time
@@ -97,7 +97,7 @@ def _textures(
 
 
 def errors_of(scene: BenchScene, estimator: Estimator) -> dict[Setting, list[Any]]:
-    """Figures against both truths, sampling error and the reference's own, of each setting, by seed."""
+    """Return figures against both truths, sampling error and the reference's own, of each setting, by seed."""
     grid = scene.grid
     surface = scene.surface
     many: dict[Any, dict[str, Texture]] = {}  # references, the surface texels' occlusion
@@ -163,7 +163,7 @@ def start(meshes: Sequence[Mesh], grid: Grid, threads: int) -> dict[str, Any]:
 
 
 def _commit() -> str | None:
-    """The commit of the source, if it is a checkout."""
+    """Return the commit of the source, if it is a checkout."""
     top = Path(__file__).parents[3]
     git = which("git")
     if git is None or not (top / ".git").exists():

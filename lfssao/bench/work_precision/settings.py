@@ -79,7 +79,7 @@ def takes_samples(estimator: Estimator) -> bool:
 
 
 def samplers_of(estimator: Estimator, grid: Grid) -> tuple[str, ...]:
-    """Samplers whose sets tend to the integral of the estimator's own set.
+    """Return samplers whose sets tend to the integral of the estimator's own set.
 
     Repulsion's points are not even without their weights, which few estimators read; the spiral's are taps.
     """
@@ -91,7 +91,7 @@ def samplers_of(estimator: Estimator, grid: Grid) -> tuple[str, ...]:
 
 
 def counts_of(estimator: Estimator, sampler: str, grid: Grid) -> list[int]:
-    """Counts for which a sampler has sets."""
+    """Return counts for which a sampler has sets."""
     most = METHODS[_domain(estimator)][sampler].most
     return [n for n in grid.counts if most is None or n <= most]
 

@@ -141,7 +141,7 @@ def _check_size(folder: Path, needed: int) -> None:
 
 
 def _of_display(display: Display, chosen: Sequence[int], eye_x: float | None) -> dict[str, Any]:
-    """The page's numbers of the places of modules and eyes."""
+    """Return the page's numbers of the places of modules and eyes."""
     _check(display)
     left, right = eye_range(display, chosen)
     start = min(max(0.0, left), right) if eye_x is None else eye_point(display, eye_x)[0]
@@ -273,7 +273,7 @@ def _packed(
 
 
 def _bilinear(texture: NDArray[np.float32], u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A texture, (H, W, C), at n image points inside it: (n, C)."""
+    """Return a texture, (H, W, C), at n image points inside it: (n, C)."""
     height, width, channels = texture.shape
     x = np.clip(u - 0.5, 0, width - 1)
     y = np.clip(v - 0.5, 0, height - 1)

@@ -97,7 +97,7 @@ def _stored(file: File, item: Item) -> tuple[str, NDArray[Any]]:
 
 
 def _elements(file: File, item: Item, accessor: Item, dtype: Any, width: int, count: int) -> NDArray[Any] | None:
-    """Elements where an object's bufferView and byteOffset say; None where it has no bufferView."""
+    """Return elements where an object's bufferView and byteOffset say; None where it has no bufferView."""
     found = file.view(item)
     if found is None:
         return None

@@ -72,7 +72,7 @@ def _boxes(part: Part, look: Look) -> tuple[NDArray[np.int64], ...]:
 
 
 def _count(texels: NDArray[np.bool_], boxes: tuple[NDArray[np.int64], ...]) -> NDArray[np.int64]:
-    """How many texels of each box are set."""
+    """Return how many texels of each box are set."""
     top, bottom, left, right = boxes
     sums = np.zeros((texels.shape[0] + 1, texels.shape[1] + 1), np.int64)
     sums[1:, 1:] = texels.cumsum(axis=0).cumsum(axis=1)

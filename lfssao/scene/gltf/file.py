@@ -49,14 +49,14 @@ class File:
         return self._objects[kind]
 
     def number(self, item: Item, key: str, kind: str) -> int | None:
-        """The number of the object of a kind that a key names; None where there is no key."""
+        """Return the number of the object of a kind that a key names; None where there is no key."""
         number = item.whole(key, None)
         if number is not None and number >= len(self.objects(kind)):
             raise item.fault(f"is {number}, but there are {len(self.objects(kind))} {kind}", key)
         return None if number is None else int(number)
 
     def named(self, item: Item, key: str, kind: str) -> Item | None:
-        """The object of a kind that a key names; None where there is no key."""
+        """Return the object of a kind that a key names; None where there is no key."""
         number = self.number(item, key, kind)
         return None if number is None else self.objects(kind)[number]
 
@@ -72,7 +72,7 @@ class File:
             self.assets.check(what, self._needed[what])
 
     def view(self, item: Item) -> tuple[Item, memoryview] | None:
-        """The bufferView that an object names, and its bytes; None where it names none."""
+        """Return the bufferView that an object names, and its bytes; None where it names none."""
         view = self.named(item, "bufferView", "bufferViews")
         if view is None:
             return None
@@ -131,7 +131,7 @@ class File:
 
 
 def _chunks(name: str, data: bytes) -> tuple[bytes, bytes | None]:
-    """The JSON and the binary chunk of a GLB."""
+    """Return the JSON and the binary chunk of a GLB."""
     version, length = (int.from_bytes(data[start : start + 4], "little") for start in (4, 8))
     if len(data) < 12 or length > len(data):
         raise InputError(f"{name}: it ends too early: its header declares {length} bytes, there are {len(data)}")

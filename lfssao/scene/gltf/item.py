@@ -22,7 +22,7 @@ class Item:
         self.values: dict[str, Any] = values
 
     def fault(self, words: str, key: str = "") -> InputError:
-        """The error that this object, or a value of it, is wrong."""
+        """Return the error that this object, or a value of it, is wrong."""
         place = f"{self._under(key)} " if key else f"{self.place}: " if self.place else ""
         return InputError(f"{self.file}: {place}{words}")
 
@@ -30,13 +30,13 @@ class Item:
         return f"{self.place}.{key}" if self.place else key
 
     def must(self, key: str, kind: str) -> InputError:
-        """The error that a value is missing, or not what it must be."""
+        """Return the error that a value is missing, or not what it must be."""
         if key not in self.values:
             return self.fault(f"is missing, it must be {kind}", key)
         return self.fault(f"is {shown(self.values[key])}, it must be {kind}", key)
 
     def whole(self, key: str, default: Any = _NEEDED, least: int = 0, most: int = 2**53) -> Any:
-        """A whole number from ``least`` to ``most``; ``default`` where there is none."""
+        """Return a whole number from ``least`` to ``most``; ``default`` where there is none."""
         if key not in self.values and default is not _NEEDED:
             return default
         number = as_whole(self.values.get(key))
@@ -62,7 +62,7 @@ class Item:
         return found
 
     def number(self, key: str, default: float) -> float:
-        """A finite number."""
+        """Return a finite number."""
         found = as_number(self.values.get(key, default))
         if not isfinite(found):
             raise self.must(key, "a finite number")
@@ -83,24 +83,24 @@ class Item:
         return found
 
     def item(self, key: str) -> "Item | None":
-        """The JSON object under a key; None where there is none."""
+        """Return the JSON object under a key; None where there is none."""
         if key not in self.values:
             return None
         return Item(self.file, self._under(key), self.values[key])
 
     def items(self, key: str) -> "list[Item]":
-        """The JSON objects of an array; none where there is no array."""
+        """Return the JSON objects of an array; none where there is no array."""
         place = self._under(key)
         return [Item(self.file, f"{place}[{n}]", each) for n, each in enumerate(self.array(key))]
 
     def array(self, key: str) -> list[Any]:
-        """The values of an array; none where there is no array."""
+        """Return the values of an array; none where there is no array."""
         found = self.values.get(key, [])
         if not isinstance(found, list):
             raise self.must(key, "a JSON array")
         return found
 
     def extension(self, name: str) -> "Item | None":
-        """The JSON object that an extension adds to this one; None where it adds none."""
+        """Return the JSON object that an extension adds to this one; None where it adds none."""
         found = self.item("extensions")
         return None if found is None else found.item(name)

@@ -22,7 +22,7 @@ class Nodes:
         self._worlds: dict[int, Rows | None] = {}
 
     def shown(self) -> list[int]:
-        """Numbers of the nodes that the scene shows, parents first."""
+        """Return numbers of the nodes that the scene shows, parents first."""
         roots = [number for number, parent in enumerate(self._parents) if parent < 0]
         waiting = list(roots)
         reached = 0
@@ -42,7 +42,7 @@ class Nodes:
         return found
 
     def _scene(self, roots: list[int]) -> list[int]:
-        """Roots of the scene; all roots where the file has no scenes."""
+        """Return roots of the scene; all roots where the file has no scenes."""
         file = self._file
         scenes = self._file.objects("scenes")
         if not scenes:
@@ -58,7 +58,7 @@ class Nodes:
         return found
 
     def world(self, number: int) -> Rows | None:
-        """The transform from a node to the scene, 3 rows of 4; None for the identity."""
+        """Return the transform from a node to the scene, 3 rows of 4; None for the identity."""
         way = []
         known = self._worlds
         while number >= 0 and number not in known:
@@ -73,7 +73,7 @@ class Nodes:
 
 
 def instances(file: File, node: Item) -> list[Rows | None]:
-    """Transforms of the copies of a node's mesh, to the node: one for EXT_mesh_gpu_instancing's every row."""
+    """Return transforms of the copies of a node's mesh, to the node: one for EXT_mesh_gpu_instancing's every row."""
     extension = node.extension("EXT_mesh_gpu_instancing")
     attributes = None if extension is None else extension.item("attributes")
     if extension is None:
@@ -108,7 +108,7 @@ def product(a: Rows, b: Rows) -> Rows:
 
 
 def _parents(file: File) -> list[int]:
-    """The parent of each node, -1 where it has none."""
+    """Return the parent of each node, -1 where it has none."""
     nodes = file.objects("nodes")
     parents = [-1] * len(nodes)
     for number, node in enumerate(nodes):
@@ -120,7 +120,7 @@ def _parents(file: File) -> list[int]:
 
 
 def _numbers(item: Item, key: str, count: int) -> list[int]:
-    """Numbers of nodes, each once."""
+    """Return numbers of nodes, each once."""
     found = item.array(key)
     if not all(type(number) is int and 0 <= number < count for number in found):
         raise item.must(key, f"numbers of nodes, of which there are {count}")
@@ -130,7 +130,7 @@ def _numbers(item: Item, key: str, count: int) -> list[int]:
 
 
 def _local(node: Item) -> Rows | None:
-    """The transform of a node to its parent; None where it has none."""
+    """Return the transform of a node to its parent; None where it has none."""
     own = {"translation", "rotation", "scale"} & set(node.values)
     if "matrix" in node.values:
         if own:

@@ -88,7 +88,7 @@ def _part(file: File, primitive: Item, weights: list[float]) -> Part:
 def _of_vertices(
     file: File, primitive: Item, key: str, kinds: tuple[str, ...], count: int, weights: list[float]
 ) -> NDArray[np.float64] | None:
-    """An attribute of all vertices in the rest pose; None where there is none."""
+    """Return an attribute of all vertices in the rest pose; None where there is none."""
     attributes = _attributes(primitive)
     found = read_numbers(file, attributes, key, kinds, fractions=key.startswith("COLOR"))
     if found is None:
@@ -117,7 +117,7 @@ def _coordinates(
 
 
 def _faces(file: File, primitive: Item, count: int) -> NDArray[np.int64]:
-    """Triangles of a primitive, (F, 3) vertex numbers."""
+    """Return triangles of a primitive, (F, 3) vertex numbers."""
     mode = primitive.whole("mode", _TRIANGLES)
     found = read_whole(file, primitive, "indices", "SCALAR")
     corners = np.arange(count) if found is None else found[:, 0]

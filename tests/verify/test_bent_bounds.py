@@ -13,6 +13,7 @@ from test_formulas import VARIANTS, drawn_scene, formulas_of, view_of
 
 from lfssao import bent_normals
 from lfssao.ao.estimators import gtao
+from lfssao.ao.estimators.look_ups import LOOK_UPS
 from lfssao.ao.estimators.registry import ESTIMATORS
 from lfssao.verify.bounds.bent import bent_bounds
 from lfssao.verify.bounds.error_model import find_model
@@ -73,6 +74,8 @@ def renderers(rng, name, model, options, radius, seen, samples):
 @pytest.mark.parametrize("name", ["gtao", "visibility-bitmask"])
 def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small(name):
     choices, counts, widths = VARIANTS[name], [], []
+    if name == "visibility-bitmask":  # gtao has all look-ups: each compiles for half a minute
+        choices = {key: values for key, values in choices.items() if key not in {*LOOK_UPS, "background"}}
     options = st.fixed_dictionaries({key: st.sampled_from(values) for key, values in choices.items()})
 
     @settings(max_examples=20, phases=[Phase.generate])

@@ -158,7 +158,7 @@ class Formulated(Estimated):
         if not sight.pinhole or "image_z" not in self._words:
             return super().seen_by(sight)
         view = replace(sight.view, world_to_image=sight.mapping)
-        depth = sight.deepened(self.buffers.depth).astype(self.buffers.depth.dtype)
+        depth = sight.to_image_z(self.buffers.depth).astype(self.buffers.depth.dtype)
         return self.changed(sight=sight, buffers=replace(self.buffers, view=view, depth=depth))
 
     def _reading(self) -> Reading:

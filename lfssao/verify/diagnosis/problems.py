@@ -32,7 +32,7 @@ from lfssao.verify.diagnosis.change import Places, Problem, no_textures
 from lfssao.verify.diagnosis.estimated import Estimated
 from lfssao.verify.diagnosis.formulated import Formulated, with_extra_texels
 from lfssao.verify.diagnosis.occlusion import Counted
-from lfssao.verify.diagnosis.search import beyond
+from lfssao.verify.diagnosis.search import distance_outside
 from lfssao.verify.diagnosis.views import Sight, sight_of
 from lfssao.verify.verdict import Judgement, Verdict
 
@@ -78,7 +78,7 @@ class Texture:
             return None
         lower = bounds.lower.astype(np.float64)
         upper = bounds.upper.astype(np.float64)
-        return {"lower": lower, "upper": upper, "bend": surface.bend(lower)}
+        return {"lower": lower, "upper": upper, "second_differences": surface.second_differences(lower)}
 
     @cached_property
     def _inverse(self) -> Matrix | None:
@@ -141,7 +141,9 @@ class Texture:
 
         excess = np.zeros_like(values)
         if bounds is not None:
-            excess = beyond(values, _values_at(bounds.lower, columns, rows), _values_at(bounds.upper, columns, rows))
+            excess = distance_outside(
+                values, _values_at(bounds.lower, columns, rows), _values_at(bounds.upper, columns, rows)
+            )
         elif self.judged.verdict is Verdict.DIFFERENT:
             excess = np.abs(values - _values_at(self.case.outputs[self.name], columns, rows))
 

@@ -26,18 +26,20 @@ from lfssao.verify.diagnosis.change import Change, Places, Problem, Values
 from lfssao.verify.verdict import Flags
 
 DECIDED = 0.5  # share of the wrong texels that an explanation decides, at least
-_LEFT = 0.05  # share of the wrong texels that it may leave wrong, or make wrong of others
+_MOST_LEFT = 0.05  # share of the wrong texels that it may leave wrong, or make wrong of others
 FEWEST = 6  # wrong texels that it decides, for each of its values: fewer agree with many a change by chance
 NEAR = 0.3  # share of the wrong texels, less those that it makes wrong, that the nearest change explains at least
 _NEARLY = 0.005  # changes whose shares of the wrong texels differ by less are as good as each other
 _HALF = 0.5  # of the wrong texels
-_EQUAL, _OPEN = 0.001, 2.5  # share of the wrong texels, and number, by which changes that predict the same may differ
+# Largest differences of changes that predict the same, as a share and as a number of wrong texels.
+_EQUAL = 0.001
+_EQUAL_TEXELS = 2.5
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 _SECTIONS, _LEVEL = 36, 3  # each narrows the bracket to 0.62 of it: to the rounding of float32, or until it is level
 ROUGH = 12  # of a screened change, whose value is refined again: to a thousandth of it
 _WIDE, _HALVED = 1.15, 6  # factor within which sizes may do as well, and how often it is halved
-_END = 0.97  # of the largest size of a value: what is found beyond is the end of the search
-_SOME = 0.1  # share of the wrong texels that a change explains, less what it makes wrong, to be tried further
+_RANGE_END = 0.97  # of the largest size of a value: what is found beyond is the end of the search
+_LEAST_GAIN = 0.1  # share of the wrong texels that a change explains, less what it makes wrong, to be tried further
 _SCREENED = 40  # changes without values that are kept after screening
 _PLAIN, _GRADED, _REFINED = 12, 14, 6  # changes without and with values that are tried on more texels, and refined
 
@@ -61,7 +63,7 @@ class Trial:
     @property
     def ends(self) -> bool:
         """Whether a value lies at the end of its search."""
-        return any(abs(step) > _END * axis.most for step, axis in zip(self.steps, self.change.axes, strict=True))
+        return any(abs(step) > _RANGE_END * axis.most for step, axis in zip(self.steps, self.change.axes, strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,10 +86,10 @@ class Sample:
         return float(self.weights @ self.wrong)
 
     @cached_property
-    def _balanced(self) -> tuple[FloatArray, FloatArray]:
+    def _balanced_weights(self) -> tuple[FloatArray, FloatArray]:
         """Weights of wrong and of other texels, which sum to 1: halves, unless a wrong one would weigh less."""
-        number, others = max(int(self.wrong.sum()), 1), max(int((~self.wrong).sum()), 1)
-        wrong, rest = self.wrong / number, ~self.wrong / max(number, others)
+        wrong_count, other_count = max(int(self.wrong.sum()), 1), max(int((~self.wrong).sum()), 1)
+        wrong, rest = self.wrong / wrong_count, ~self.wrong / max(wrong_count, other_count)
         total = float(wrong.sum() + rest.sum())
         return wrong / total, rest / total
 
@@ -98,23 +100,24 @@ class Sample:
         An interval that is narrower and holds the number does not hold what the reference says.
         """
         base = self.base or self.problem
-        low, high, _ = held(base)
+        low, high, _ = stored_interval(base)
         middle = 0.5 * (low + high)
-        away = np.where(np.isfinite(middle), beyond(base.mine, middle, middle), beyond(base.mine, low, high))
-        return np.maximum(away, base.excess)
+        from_middle = distance_outside(base.mine, middle, middle)
+        distance = np.where(np.isfinite(middle), from_middle, distance_outside(base.mine, low, high))
+        return np.maximum(distance, base.excess)
 
     @cached_property
-    def _scale(self) -> float:
+    def _usual_deviation(self) -> float:
         """How far wrong texels usually are off."""
-        off = per_texel(self.deviation)
-        usual = off[(off > 0) & np.isfinite(off)]
-        return float(np.median(usual)) if len(usual) else 1.0
+        deviations = channel_sums(self.deviation)
+        positive = deviations[(deviations > 0) & np.isfinite(deviations)]
+        return float(np.median(positive)) if len(positive) else 1.0
 
     def _changed(self, change: Change, steps: Values) -> Problem | None:
         """The changed problem; None for an option out of range, or a display that cannot exist."""
         with suppress(InputError):
-            made: Problem | None = change.apply(self.problem, change.values(steps))
-            return made
+            problem: Problem | None = change.apply(self.problem, change.values(steps))
+            return problem
         return None
 
     @np.errstate(all="ignore")
@@ -123,8 +126,8 @@ class Sample:
         problem = self._changed(change, steps)
         if problem is None:
             return np.zeros(len(self.wrong), np.bool_)
-        low, high, _ = held(problem)
-        return per_texel(beyond(problem.mine, low, high)) > 0
+        low, high, _ = stored_interval(problem)
+        return channel_sums(distance_outside(problem.mine, low, high)) > 0
 
     @np.errstate(all="ignore")  # an interval may be everything
     def trial(self, change: Change, steps: Values) -> Trial:
@@ -132,15 +135,22 @@ class Sample:
         problem = self._changed(change, steps)
         if problem is None:
             return Trial(change, steps, np.inf)
-        low, high, middle = held(problem)
-        off = per_texel(beyond(problem.mine, low, high))
-        away = per_texel(beyond(problem.mine, middle, middle))
-        decides = self.wrong & np.any(_columns(high - low < self.deviation), axis=1)
-        far, near = (np.divide(d, d + self._scale, out=np.ones(len(d)), where=np.isfinite(d)) for d in (off, away))
-        inside = off == 0
-        bad = np.where(inside, np.where(self.wrong & ~decides, self.undecided, 0.0), 0.5 + 0.5 * far)
-        wrong, others = self._balanced
-        cost = float(wrong @ bad + others @ bad) + 1e-4 * float((wrong + others) @ near)
+        low, high, middle = stored_interval(problem)
+        distance = channel_sums(distance_outside(problem.mine, low, high))
+        middle_distance = channel_sums(distance_outside(problem.mine, middle, middle))
+        decides = self.wrong & np.any(_as_columns(high - low < self.deviation), axis=1)
+
+        def relative(d: FloatArray) -> FloatArray:
+            return np.divide(d, d + self._usual_deviation, out=np.ones(len(d)), where=np.isfinite(d))
+
+        inside = distance == 0
+        texel_cost = np.where(
+            inside, np.where(self.wrong & ~decides, self.undecided, 0.0), 0.5 + 0.5 * relative(distance)
+        )
+        wrong, others = self._balanced_weights
+        cost = float(wrong @ texel_cost + others @ texel_cost) + 1e-4 * float(
+            (wrong + others) @ relative(middle_distance)
+        )
         total = self.before or 1.0
         return Trial(
             change,
@@ -154,32 +164,33 @@ class Sample:
     def fits(self, trial: Trial, least: float = DECIDED) -> bool:
         """Whether a change explains the texture, and decides more than a share of the wrong texels."""
         enough = trial.decided > least and trial.decided * self.number >= FEWEST * max(len(trial.steps), 1)
-        kept = trial.left <= _LEFT * self.before and trial.explained >= (1 - _LEFT) * trial.decided
+        kept = trial.left <= _MOST_LEFT * self.before and trial.explained >= (1 - _MOST_LEFT) * trial.decided
         return bool(enough and kept and not trial.ends)
 
     def gain(self, trial: Trial) -> float:
         """Share of the wrong texels that a change explains, less those that it makes wrong."""
-        made = max(trial.left - self.before * (1 - trial.explained), 0.0)
-        return trial.explained - made / (self.before or 1.0)
+        made_wrong = max(trial.left - self.before * (1 - trial.explained), 0.0)
+        return trial.explained - made_wrong / (self.before or 1.0)
 
     @property
-    def _level(self) -> float:
+    def _gain_resolution(self) -> float:
         """Difference of gains that tells nothing: of few wrong texels two may be open at the right value."""
-        return max(_EQUAL, _OPEN / max(self.number, 1))
+        return max(_EQUAL, _EQUAL_TEXELS / max(self.number, 1))
 
     def equals(self, trial: Trial, other: Trial) -> bool:
         """Whether two changes, of as many values, explain as much."""
-        return len(trial.steps) == len(other.steps) and abs(self.gain(trial) - self.gain(other)) <= self._level
+        difference = abs(self.gain(trial) - self.gain(other))
+        return len(trial.steps) == len(other.steps) and difference <= self._gain_resolution
 
     def rank(self, trial: Trial) -> tuple[Any, ...]:
         """A key: changes that explain the texture first, of these the fewest values, then by what they explain."""
         if not self.fits(trial):
             return True, 0, 0, False, trial.cost
         # A fault of one stage comes before a number of the view that predicts the same, as that is one in all stages.
-        gain = round(-self.gain(trial) / self._level)
+        gain = round(-self.gain(trial) / self._gain_resolution)
         return False, len(trial.steps), gain, trial.change.shared, round(trial.cost, 9)
 
-    def near_grid(self, change: Change) -> Trial:
+    def best_of_grid(self, change: Change) -> Trial:
         """The change with the best steps of its axes' grids and, of one axis, of those around."""
         grids = [axis.steps for axis in change.axes]
         trials = [self.trial(change, tuple(map(float, steps))) for steps in product(*grids)]
@@ -201,31 +212,31 @@ class Sample:
         """The middle of the sizes that do as well, of a change with one value: counts have steps."""
         if len(best.steps) != 1:
             return best
-        sign, size, ends = np.sign(best.steps[0]), abs(best.steps[0]), []
-        for way in (1 / _WIDE, _WIDE):
-            near, far = 1.0, way
+        sign, size, limits = np.sign(best.steps[0]), abs(best.steps[0]), []
+        for direction in (1 / _WIDE, _WIDE):
+            near, far = 1.0, direction
             for _ in range(_HALVED):
                 middle = sqrt(near * far)
-                equal = self.trial(best.change, (float(sign * size * middle),)).cost <= best.cost + 1e-9
-                near, far = (middle, far) if equal else (near, middle)
-            ends.append(near)
-        return self.trial(best.change, (float(sign * size * sqrt(ends[0] * ends[1])),))
+                is_equal = self.trial(best.change, (float(sign * size * middle),)).cost <= best.cost + 1e-9
+                near, far = (middle, far) if is_equal else (near, middle)
+            limits.append(near)
+        return self.trial(best.change, (float(sign * size * sqrt(limits[0] * limits[1])),))
 
     def _section(self, best: Trial, k: int, reach: float, sections: int) -> Trial:
         """The best step number k, the others as they are."""
         sign, size = np.sign(best.steps[k]), abs(best.steps[k])
 
-        def at(place: float) -> Trial:
+        def trial_at(place: float) -> Trial:
             step = float(sign * min(exp(place), best.change.axes[k].most))
             return self.trial(best.change, (*best.steps[:k], step, *best.steps[k + 1 :]))
 
         # The cost has steps: the best of many trials keeps the sections from an earlier one.
         places = np.linspace(np.log(size / reach), np.log(size * reach), 9).tolist()
-        scan = [at(place) for place in places]
+        scan = [trial_at(place) for place in places]
         k_best = min(range(9), key=lambda n: (round(scan[n].cost, 9), n))
         low, high = places[max(k_best - 1, 0)], places[min(k_best + 1, 8)]
         a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        left, right, tried, level = at(a), at(b), [best, *scan], 0
+        left, right, tried, level = trial_at(a), trial_at(b), [best, *scan], 0
         for _ in range(sections):
             tried += [left, right]
             level = level + 1 if left.cost == right.cost else 0
@@ -234,11 +245,11 @@ class Sample:
             if left.cost <= right.cost:
                 high, b, right = b, a, left
                 a = high - _GOLDEN * (high - low)
-                left = at(a)
+                left = trial_at(a)
             else:
                 low, a, left = a, b, right
                 b = low + _GOLDEN * (high - low)
-                right = at(b)
+                right = trial_at(b)
         return min([*tried, left, right], key=_order)
 
 
@@ -254,20 +265,20 @@ class Search:
     def best(self) -> list[Trial]:
         """The changes, tried on the large sample, best first."""
         tiny, small, large = self.tiny, self.small, self.large
-        found = self._plain(c for c in self.changes if not c.late)
-        if any(large.fits(t) and t.left <= _NEARLY * large.before for t in found):
-            return self._ranked(found)
+        trials = self._trials_without_values(c for c in self.changes if not c.late)
+        if any(large.fits(t) and t.left <= _NEARLY * large.before for t in trials):
+            return self._ranked(trials)
         for count in (1, 2):  # values: two where one does not do
             sample = tiny if count == 1 else small  # one of two values, with the other wrong, makes little good
-            graded = _cheapest(sample.near_grid(c) for c in self.changes if len(c.axes) == count)[:_GRADED]
+            graded = _cheapest(sample.best_of_grid(c) for c in self.changes if len(c.axes) == count)[:_GRADED]
             near = _cheapest(small.refined(t, 1.6, ROUGH) for t in graded if t.cost < np.inf)
-            found += [large.refined(t, 1.5) for t in _likely(small, near, _REFINED)]
-            if any(large.fits(t) for t in found):
-                return self._ranked(found)
+            trials += [large.refined(t, 1.5) for t in _likely(small, near, _REFINED)]
+            if any(large.fits(t) for t in trials):
+                return self._ranked(trials)
         late = [c for c in self.changes if c.late]
-        return self._ranked([*found, *self._plain([*late, *small.problem.solved(small.wrong)])])
+        return self._ranked([*trials, *self._trials_without_values([*late, *small.problem.solved(small.wrong)])])
 
-    def _plain(self, changes: Iterable[Change]) -> list[Trial]:
+    def _trials_without_values(self, changes: Iterable[Change]) -> list[Trial]:
         """The likely changes without values, tried on the large sample."""
         screened = _cheapest(self.tiny.trial(c, ()) for c in changes if not c.axes)[:_SCREENED]
         if self.tiny is not self.small:
@@ -281,18 +292,18 @@ class Search:
         # A change that makes the problem anew cannot come second: what came before would be lost.
         others = [c for c in self.changes if c.kind != best.change.kind and not c.first]
 
-        def after(sample: Sample) -> Sample:
+        def with_change(sample: Sample) -> Sample:
             """The sample with the change made."""
             problem = best.change.apply(sample.problem, best.change.values(best.steps))
             return replace(sample, problem=problem, base=sample.problem)
 
-        small = after(self.small)
-        found = Search(small, small, after(self.large), others).best()
-        second = found[0] if found else None
+        small = with_change(self.small)
+        trials = Search(small, small, with_change(self.large), others).best()
+        second = trials[0] if trials else None
         if second is None:
             return None
-        made = self.large.trial(*pair(best.change, best.steps, second.change, second.steps))
-        return self.large.refined(made, 1.2) if made.steps else made
+        joined = self.large.trial(*pair(best.change, best.steps, second.change, second.steps))
+        return self.large.refined(joined, 1.2) if joined.steps else joined
 
     def _ranked(self, found: Sequence[Trial]) -> list[Trial]:
         return sorted(found, key=self.large.rank)
@@ -300,7 +311,7 @@ class Search:
 
 def _likely(sample: Sample, trials: Sequence[Trial], most: int) -> list[Trial]:
     """The best changes that explain something, or one."""
-    return [t for k, t in enumerate(trials[:most]) if k == 0 or sample.gain(t) > _SOME]
+    return [t for k, t in enumerate(trials[:most]) if k == 0 or sample.gain(t) > _LEAST_GAIN]
 
 
 def _cheapest(trials: Iterable[Trial]) -> list[Trial]:
@@ -313,36 +324,40 @@ def _order(trial: Trial) -> tuple[float, float]:
     return round(trial.cost, 9), trial.size
 
 
-def pair(one: Change, first: Values, other: Change, second: Values) -> tuple[Change, Values]:
+def pair(
+    first_change: Change, first_steps: Values, second_change: Change, second_steps: Values
+) -> tuple[Change, Values]:
     """Two changes at once, and their steps."""
-    split = len(first)
+    split = len(first_steps)
 
     def apply(problem: Problem, values: Values) -> Problem | None:
-        changed = one.apply(problem, values[:split])
-        made: Problem | None = None if changed is None else other.apply(changed, values[split:])
-        return made
+        changed = first_change.apply(problem, values[:split])
+        result: Problem | None = None if changed is None else second_change.apply(changed, values[split:])
+        return result
 
-    kind, words = f"{one.kind} and {other.kind}", f"{one.words} and {other.words}"
-    return Change(kind, apply, words, (*one.axes, *other.axes), one.shared and other.shared), (*first, *second)
+    kind, words = f"{first_change.kind} and {second_change.kind}", f"{first_change.words} and {second_change.words}"
+    axes = (*first_change.axes, *second_change.axes)
+    change = Change(kind, apply, words, axes, first_change.shared and second_change.shared)
+    return change, (*first_steps, *second_steps)
 
 
-def held(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:
+def stored_interval(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Ends of the interval of what is read, and the middle before it is stored."""
     low, high = problem.interval()
     middle = 0.5 * (low + high)
     return (low, high, middle) if problem.store is None else (*problem.store(low, high), middle)
 
 
-def beyond(mine: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+def distance_outside(mine: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """How far each number is outside an interval; infinitely far for NaN."""
-    off = np.where(mine < low, low - mine, np.where(mine > high, mine - high, 0.0))
-    return np.where(np.isnan(mine) | np.isnan(low) | np.isnan(high) | np.isnan(off), np.inf, off)
+    distance = np.where(mine < low, low - mine, np.where(mine > high, mine - high, 0.0))
+    return np.where(np.isnan(mine) | np.isnan(low) | np.isnan(high) | np.isnan(distance), np.inf, distance)
 
 
-def per_texel(off: FloatArray) -> FloatArray:
+def channel_sums(numbers: FloatArray) -> FloatArray:
     """The sum of a texel's channels, (K,)."""
-    return np.asarray(_columns(off).sum(axis=1))
+    return np.asarray(_as_columns(numbers).sum(axis=1))
 
 
-def _columns(numbers: NDArray[Any]) -> NDArray[Any]:
+def _as_columns(numbers: NDArray[Any]) -> NDArray[Any]:
     return numbers if numbers.ndim == 2 else numbers[:, None]

@@ -39,34 +39,35 @@ class Image(Problem):
 
     lower: FloatArray  # (H, W) or (H, W, C)
     upper: FloatArray
-    bend: FloatArray  # by which a value between texels may be off theirs
+    second_differences: FloatArray  # by which a value between texels may be off theirs
     shift: tuple[float, float] = (0.0, 0.0)
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The reference's interval at the texels."""
-        return self._around(self.columns + self.shift[0], self.rows + self.shift[1])
+        return self._interpolated_interval(self.columns + self.shift[0], self.rows + self.shift[1])
 
-    def _around(self, u: NDArray[Any], v: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
+    def _interpolated_interval(self, u: NDArray[Any], v: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
         """The reference's interval, between four texels by their distances, and wider where they bend."""
         height, width = self.lower.shape[:2]
         i, j = np.floor(u).astype(np.int64), np.floor(v).astype(np.int64)
         # Twice what a parabola of the same second differences is off a plane.
-        off = (u - i) * (1 - (u - i)) + (v - j) * (1 - (v - j))
+        curvature = (u - i) * (1 - (u - i)) + (v - j) * (1 - (v - j))
         low: Any = np.zeros(self.mine.shape)
-        high, room = low, low
+        high, margin = low, low
         for b, a in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            near = apply_border(j + b, height, "clamp"), apply_border(i + a, width, "clamp")
+            texel = apply_border(j + b, height, "clamp"), apply_border(i + a, width, "clamp")
             weight = np.abs((1 - a) - (u - i)) * np.abs((1 - b) - (v - j))
-            here, away = (x.reshape(-1, *[1] * (low.ndim - 1)) for x in (weight, off))
-            low = low + np.where(here > 0, here * self.lower[near], 0.0)
-            high = high + np.where(here > 0, here * self.upper[near], 0.0)
-            room = np.fmax(room, np.where((here > 0) & (away > 0), away * self.bend[near], 0.0))
-        return np.where(np.isinf(room), -np.inf, low - room), np.where(np.isinf(room), np.inf, high + room)
+            weight_here, curvature_here = (x.reshape(-1, *[1] * (low.ndim - 1)) for x in (weight, curvature))
+            low = low + np.where(weight_here > 0, weight_here * self.lower[texel], 0.0)
+            high = high + np.where(weight_here > 0, weight_here * self.upper[texel], 0.0)
+            counts = (weight_here > 0) & (curvature_here > 0)
+            margin = np.fmax(margin, np.where(counts, curvature_here * self.second_differences[texel], 0.0))
+        return np.where(np.isinf(margin), -np.inf, low - margin), np.where(np.isinf(margin), np.inf, high + margin)
 
     def changes(self) -> list[Change]:
         """Changes that depth and colour have in common."""
         height, width = self.lower.shape[:2]
-        made = [
+        changes = [
             plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),
             plain("v flipped", lambda p: p.changed(rows=height - 1 - p.rows)),
             plain("u and v flipped", lambda p: p.changed(columns=width - 1 - p.columns, rows=height - 1 - p.rows)),
@@ -75,8 +76,8 @@ class Image(Problem):
             *shifts(lambda p, u, v: p.changed(shift=(u, v))),
         ]
         if height == width:
-            made.append(plain("u and v transposed", lambda p: p.changed(columns=p.rows, rows=p.columns)))
-        return made
+            changes.append(plain("u and v transposed", lambda p: p.changed(columns=p.rows, rows=p.columns)))
+        return changes
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -89,10 +90,11 @@ class Depth(Image):
     sight: Sight  # the reference's
     centre: FloatArray | None = None  # of the region of interest, metres
     caster: RayCaster | None = None  # of the mesh, in the reference's cast space, where it is at hand
-    other: Sight | None = None  # a wrong renderer's, if it sees the scene otherwise
+    other_sight: Sight | None = None  # a wrong renderer's, if it sees the scene otherwise
 
     independent_fields: ClassVar = {
-        name: frozenset({"other", "value", "store", "shift"}) for name in ("_own", "_below", "_above")
+        name: frozenset({"other_sight", "value", "store", "shift"})
+        for name in ("_reference_depths", "_below", "_above")
     }
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
@@ -101,22 +103,22 @@ class Depth(Image):
         Without a mesh the points that the other sight sees stand in for it: the reference's surface must be there as
         well, and what its depth is off by, the interval is moved by.
         """
-        sight, (du, dv) = self.other or self.sight, self.shift
-        if self.other is None and (self.caster is None or (du, dv) == (0.0, 0.0)):
+        sight, (du, dv) = self.other_sight or self.sight, self.shift
+        if self.other_sight is None and (self.caster is None or (du, dv) == (0.0, 0.0)):
             return super().ends()
         if self.caster is not None:
             cast = self.sight.view.cast_from_world
-            seen = sight.cast(self.caster, cast, self.columns + du, self.rows + dv)
-            return seen - self._below, seen + self._above
+            depths = sight.cast(self.caster, cast, self.columns + du, self.rows + dv)
+            return depths - self._below, depths + self._above
         u, v, z = self.sight.view.world_to_image(sight.points(self.columns, self.rows, self.mine)).T
-        off = self.mine - self.sight.depth_of(z)
-        low, high = self._around(np.nan_to_num(u - 0.5, nan=-1e6), np.nan_to_num(v - 0.5, nan=-1e6))
+        offset = self.mine - self.sight.from_image_z(z)
+        low, high = self._interpolated_interval(np.nan_to_num(u - 0.5, nan=-1e6), np.nan_to_num(v - 0.5, nan=-1e6))
         height, width = self.lower.shape
         inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)  # nobody knows the surface beyond
-        return np.where(inside, low + off, -np.inf), np.where(inside, high + off, np.inf)
+        return np.where(inside, low + offset, -np.inf), np.where(inside, high + offset, np.inf)
 
     @cached_property
-    def _own(self) -> FloatArray:
+    def _reference_depths(self) -> FloatArray:
         """Depths that the reference's rays see."""
         assert self.caster is not None
         return self.sight.cast(self.caster, self.sight.view.cast_from_world, self.columns, self.rows)
@@ -124,16 +126,16 @@ class Depth(Image):
     @cached_property
     def _below(self) -> FloatArray:
         """How far the reference's interval reaches below its depth; where it sees no surface, as elsewhere."""
-        return _usual(self._own - self._around(self.columns, self.rows)[0])
+        return _filled_margin(self._reference_depths - self._interpolated_interval(self.columns, self.rows)[0])
 
     @cached_property
     def _above(self) -> FloatArray:
         """How far it reaches above."""
-        return _usual(self._around(self.columns, self.rows)[1] - self._own)
+        return _filled_margin(self._interpolated_interval(self.columns, self.rows)[1] - self._reference_depths)
 
     def seen_by(self, sight: Sight) -> "Depth":
         """Depth by another sight."""
-        return self.changed(other=sight)
+        return self.changed(other_sight=sight)
 
     def changes(self) -> list[Change]:
         """All changes of depth: of its own, and other modules', with room as rounding makes."""
@@ -145,16 +147,19 @@ class Depth(Image):
             *super().changes(),
             plain("1 / depth", lambda p: p.then(lambda z: 1 / np.where(z == 0, np.nan, z))),
             plain("1 - depth", lambda p: p.then(lambda z: 1 - z)),
-            *(self._other(f"the depth of {module}", depth) for module, depth in self.textures("depth").items()),
+            *(
+                self._other_depth_change(f"the depth of {module}", depth)
+                for module, depth in self.textures("depth").items()
+            ),
             *view_changes(self.sight, self.centre, self.others),
             scaled("depth bias", lambda p, b: p.then(lambda z: z + b), bias, "depth {}"),
             scaled("depth scale", lambda p, s: p.then(lambda z: z * s), _SCALES, "depth x {}"),
         ]
 
-    def _other(self, words: str, depth: NDArray[Any]) -> Change:
-        there = depth.astype(np.float64)
-        room = np.where(np.isfinite(there), 16 * self.model.operation * np.abs(there), 0.0)
-        return fixed(words, lower=there - room, upper=there + room)
+    def _other_depth_change(self, words: str, depth: NDArray[Any]) -> Change:
+        values = depth.astype(np.float64)
+        margin = np.where(np.isfinite(values), 16 * self.model.operation * np.abs(values), 0.0)
+        return fixed(words, lower=values - margin, upper=values + margin)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -175,13 +180,13 @@ class Color(Image):
         ]
 
 
-def _usual(room: FloatArray) -> FloatArray:
+def _filled_margin(margin: FloatArray) -> FloatArray:
     """Room of texels, the median where it is no number."""
-    finite = room[np.isfinite(room)]
-    return np.where(np.isnan(room), np.median(finite) if finite.size else 0.0, np.maximum(room, 0.0))
+    finite = margin[np.isfinite(margin)]
+    return np.where(np.isnan(margin), np.median(finite) if finite.size else 0.0, np.maximum(margin, 0.0))
 
 
-def bend(texture: FloatArray) -> FloatArray:
+def second_differences(texture: FloatArray) -> FloatArray:
     """Second differences of a texture along its rows and columns: how far between texels it is off a plane."""
     total = sum(np.abs(correlate1d(texture, (1.0, -2.0, 1.0), axis, mode="nearest")) for axis in (0, 1))
     return np.where(np.isnan(total), np.inf, total)
@@ -201,30 +206,30 @@ class Positions(Problem):
     shift: tuple[float, float] = (0.0, 0.0)
     rounded: Function | None = None  # applied to right positions, in place of the mapping of mine
 
-    independent_fields: ClassVar = {"landed": frozenset({"columns", "rows", "depth", "shift"})}
+    independent_fields: ClassVar = {"image_points": frozenset({"columns", "rows", "depth", "shift"})}
 
     @cached_property
-    def landed(self) -> tuple[FloatArray, FloatArray]:
+    def image_points(self) -> tuple[FloatArray, FloatArray]:
         """Image points of the positions, u, v in texels and image z, (K, 3), and how far each is off."""
         size = float(np.abs(self.mine[np.isfinite(self.mine)]).max(initial=0.0))
-        allowance = np.full(self.mine.shape, ROUNDINGS * self.model.operation * size)
-        places, error, _ = project_positions(self.mine, allowance, self.sight.mapping, self.model)
-        return np.where(error[:, :1] > -np.inf, places, np.nan), np.maximum(error, 0.0)
+        coordinate_error = np.full(self.mine.shape, ROUNDINGS * self.model.operation * size)
+        points, error, _ = project_positions(self.mine, coordinate_error, self.sight.mapping, self.model)
+        return np.where(error[:, :1] > -np.inf, points, np.nan), np.maximum(error, 0.0)
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """The texels' middles and depth less those of the positions, about 0 in world coordinates' place."""
         if self.rounded is not None:
-            reach, columns, rows = self.model.centre, self.columns, self.rows
-            corners = [(a, b) for a in (-reach, reach) for b in (-reach, reach)]
-            made = [self.rounded(self.sight.points(columns + a, rows + b, self.depth)) for a, b in corners]
-            return np.min(made, axis=0), np.max(made, axis=0)
-        places, error = self.landed
-        depth, middle = self.sight.deepened(self.depth), self.sight.middle
+            half_width, columns, rows = self.model.centre, self.columns, self.rows
+            corners = [(a, b) for a in (-half_width, half_width) for b in (-half_width, half_width)]
+            corner_values = [self.rounded(self.sight.points(columns + a, rows + b, self.depth)) for a, b in corners]
+            return np.min(corner_values, axis=0), np.max(corner_values, axis=0)
+        points, error = self.image_points
+        depth, middle = self.sight.to_image_z(self.depth), self.sight.middle
         u, v = self.columns + middle + self.shift[0], self.rows + middle + self.shift[1]
-        room = error + np.array([self.model.centre, self.model.centre, 0.0])
-        room[:, 2] += ROUNDINGS * self.model.operation * float(np.abs(depth).max(initial=0.0))
-        off = self.mine + (np.stack([u, v, depth], axis=-1) - places)
-        return off - room, off + room
+        margin = error + np.array([self.model.centre, self.model.centre, 0.0])
+        margin[:, 2] += ROUNDINGS * self.model.operation * float(np.abs(depth).max(initial=0.0))
+        positions = self.mine + (np.stack([u, v, depth], axis=-1) - points)
+        return positions - margin, positions + margin
 
     def seen_by(self, sight: Sight) -> "Positions":
         """Positions by another sight."""
@@ -233,13 +238,17 @@ class Positions(Problem):
     def changes(self) -> list[Change]:
         """All changes of positions."""
         (width, height), axes = self.size, tuple(zip("xyz", np.eye(3), strict=True))
-        made = [_mapped(f"{axis} with the other sign", np.diag(1.0 - 2.0 * way)) for axis, way in axes]
+        changes = [
+            _mapping_change(f"{axis} with the other sign", np.diag(1.0 - 2.0 * direction)) for axis, direction in axes
+        ]
         for words, order in (("x and y", [1, 0, 2]), ("y and z", [0, 2, 1]), ("x and z", [2, 1, 0])):
-            made.append(_mapped(f"{words} exchanged", np.eye(3)[order]))
-        made.append(_mapped("z up in place of y up", np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])))
-        back = np.linalg.inv(self.cast_from_world[:, :3]).astype(np.float64)
-        made.append(_mapped("positions in physical space", back, -back @ self.cast_from_world[:, 3]))
-        made += [
+            changes.append(_mapping_change(f"{words} exchanged", np.eye(3)[order]))
+        changes.append(
+            _mapping_change("z up in place of y up", np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]))
+        )
+        inverse = np.linalg.inv(self.cast_from_world[:, :3]).astype(np.float64)
+        changes.append(_mapping_change("positions in physical space", inverse, -inverse @ self.cast_from_world[:, 3]))
+        changes += [
             plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),
             plain("v flipped", lambda p: p.changed(rows=height - 1 - p.rows)),
             plain("depth of half precision", lambda p: p.changed(depth=half(p.depth))),
@@ -249,12 +258,12 @@ class Positions(Problem):
             scaled("scale", lambda p, s: p.changed(mine=p.mine / s), _SCALES, "positions x {}"),
         ]
         largest = float(np.abs(self.mine[np.isfinite(self.mine)]).max(initial=1.0))
-        for axis, way in axes:
-            undo = partial(lambda way, p, b: p.changed(mine=p.mine - b * way), way)
-            made.append(scaled(f"bias of {axis}", undo, Axis(1e-6 * largest, largest), f"{axis} {{}}"))
-        return made
+        for axis, direction in axes:
+            without_bias = partial(lambda direction, p, b: p.changed(mine=p.mine - b * direction), direction)
+            changes.append(scaled(f"bias of {axis}", without_bias, Axis(1e-6 * largest, largest), f"{axis} {{}}"))
+        return changes
 
 
-def _mapped(kind: str, matrix: FloatArray, shift: FloatArray | float = 0.0) -> Change:
+def _mapping_change(kind: str, matrix: FloatArray, shift: FloatArray | float = 0.0) -> Change:
     """A change that the map undoes, of positions as rows."""
     return plain(kind, lambda p: p.changed(mine=p.mine @ matrix.T + shift))

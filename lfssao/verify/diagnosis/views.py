@@ -45,18 +45,18 @@ class Sight:
 
     @property
     def mapping(self) -> WorldToImage:
-        """The mapping world -> image. A pinhole has image z 1 / (lens z - z), which grows with z (``deepened``)."""
+        """The mapping world -> image. A pinhole has image z 1 / (lens z - z), which grows with z (``to_image_z``)."""
         view = self.view
         if not self.pinhole:
             return view.world_to_image
         m_x, m_z, _, _, u_scale, u_0, v_scale, v_0 = view.lens.tolist()
         x, y, z = np.array(view.cast_from_world, np.float64)
-        away = np.array([0.0, 0.0, 0.0, m_z]) - z
+        denominator = np.array([0.0, 0.0, 0.0, m_z]) - z
         right = np.array([0.0, 0.0, 0.0, m_x])
         up = np.array([0.0, 0.0, 0.0, self.module.y])
-        u = (u_0 + u_scale * m_x) * away + u_scale * m_z * (x - right)
-        v = (v_0 + v_scale * self.module.y) * away + v_scale * m_z * (y - up)
-        return WorldToImage(MATRIX, np.concatenate([u, v, [0.0, 0.0, 0.0, 1.0], away]))
+        u = (u_0 + u_scale * m_x) * denominator + u_scale * m_z * (x - right)
+        v = (v_0 + v_scale * self.module.y) * denominator + v_scale * m_z * (y - up)
+        return WorldToImage(MATRIX, np.concatenate([u, v, [0.0, 0.0, 0.0, 1.0], denominator]))
 
     @property
     def screen(self) -> Display:
@@ -69,29 +69,29 @@ class Sight:
         """The display's only module."""
         return self.screen.modules[0]
 
-    def deepened(self, depth: NDArray[Any]) -> NDArray[Any]:
+    def to_image_z(self, depth: NDArray[Any]) -> NDArray[Any]:
         """Depths, +infinity for none, as the mapping's image z."""
         if not self.pinhole:
             return depth  # a linear camera's is given as image z
         with np.errstate(all="ignore"):
             return np.where(np.isfinite(depth), 1 / (self.view.lens[1] - depth.astype(np.float64)), np.inf)
 
-    def depth_of(self, image_z: FloatArray) -> FloatArray:
+    def from_image_z(self, image_z: FloatArray) -> FloatArray:
         """Depth of image z, what ``View.image_z`` undoes."""
         perspective = self.view.linear and not self.view.lens[6]
         return np.asarray(-1 / image_z) if perspective else image_z
 
     def lines(self, columns: NDArray[Any], rows: NDArray[Any]) -> FloatArray:
         """Rays of texels as lines of the world, (K, 8) (``lfssao.optics.kernels.rays.write_lines``)."""
-        view, lens, made = self.view, self.view.lens, np.empty((len(columns), 8))
+        view, lens, lines = self.view, self.view.lens, np.empty((len(columns), 8))
         if self.pinhole:
             lens = lens.copy()
             lens[2:4] = self.module.y, lens[1]
         u, v = columns + self.middle, rows + self.middle
-        write_lines(replace(view, lens=lens).rays, np.ravel(view.world_from_cast), u, v, made)
+        write_lines(replace(view, lens=lens).rays, np.ravel(view.world_from_cast), u, v, lines)
         if self.pinhole:
-            made[:, 6] = view.lens[3]
-        return made
+            lines[:, 6] = view.lens[3]
+        return lines
 
     def points(self, columns: NDArray[Any], rows: NDArray[Any], depth: FloatArray) -> FloatArray:
         """World points, (K, 3), of texels that see a depth."""
@@ -134,7 +134,7 @@ def sight_of(view: View, display: Display | Quilt | None, index: int | None) -> 
     resolution.
     """
     if isinstance(display, Quilt):
-        return Sight(view, quilt=_view_of_quilt(view, display, index or 0))
+        return Sight(view, quilt=_quilt_of_view(view, display, index or 0))
     if view.screen_to_world is not None or (display is None and view.rays.kind != CROSSED_SLITS):
         return Sight(view)
     width, height = view.width - 2 * view.guard, view.height - 2 * view.guard
@@ -147,7 +147,7 @@ def sight_of(view: View, display: Display | Quilt | None, index: int | None) -> 
     return Sight(view, replace(display, modules=(display.modules[index],), roi=tiny))
 
 
-def _view_of_quilt(view: View, quilt: Quilt, index: int) -> tuple[Quilt, int, Matrix] | None:
+def _quilt_of_view(view: View, quilt: Quilt, index: int) -> tuple[Quilt, int, Matrix] | None:
     """The quilt in the view's resolution, the view's number and world -> physical; None if it is no view of it.
 
     The near plane's distance says how many units of the scene a metre is (``Quilt.view``).
@@ -157,10 +157,10 @@ def _view_of_quilt(view: View, quilt: Quilt, index: int) -> tuple[Quilt, int, Ma
         units = view.lens[4] / quilt.view(index, np.eye(3, 4)).lens[4]
         physical = np.array(view.cast_from_world, np.float64) / units
         physical[:, 3] += quilt.eye_x(index), 0.0, -quilt.distance
-        made = quilt.view(index, physical, view.guard)
+        remade = quilt.view(index, physical, view.guard)
     except InputError:
         return None
-    alike = np.allclose(made.lens, view.lens, rtol=1e-6) and np.allclose(made.cast_from_world, view.cast_from_world)
+    alike = np.allclose(remade.lens, view.lens, rtol=1e-6) and np.allclose(remade.cast_from_world, view.cast_from_world)
     return (quilt, index, physical) if alike else None
 
 
@@ -170,20 +170,20 @@ def view_changes(sight: Sight, centre: FloatArray | None, others: Mapping[str, S
     ``centre``, (3,) metres, is that of the region of interest, about which a scene is scaled. A changed problem is that
     of ``Problem.seen_by``; a display that cannot exist explains nothing.
     """
-    made = [_changed(f"the mapping of {name}", lambda _, other=other: other) for name, other in others.items()]
+    changes = [_sight_change(f"the mapping of {name}", lambda _, other=other: other) for name, other in others.items()]
     if sight.display is not None:
-        made += _of_display(sight, sight.display)
+        changes += _display_changes(sight, sight.display)
         if centre is not None:
-            made += _of_place(centre)
+            changes += _placement_changes(centre)
     elif sight.quilt is not None:
-        made += [*_of_quilt(sight.quilt[0]), *_of_camera(sight)]
+        changes += [*_quilt_changes(sight.quilt[0]), *_camera_changes(sight)]
     elif sight.view.screen_to_world is not None:
-        made += [*_of_camera(sight), *_of_separation(sight, list(others.values()))]
-    made.append(_changed(CORNERS, lambda s: replace(s, middle=0.0)))
-    return made
+        changes += [*_camera_changes(sight), *_separation_changes(sight, list(others.values()))]
+    changes.append(_sight_change(CORNERS, lambda s: replace(s, middle=0.0)))
+    return changes
 
 
-def _changed(kind: str, make: Callable[..., Sight], *axes: Axis, words: str = "") -> Change:
+def _sight_change(kind: str, make: Callable[..., Sight], *axes: Axis, words: str = "") -> Change:
     """A change of the sight, with a value for each axis."""
 
     def apply(problem: Any, values: tuple[float, ...]) -> Any:
@@ -199,63 +199,63 @@ _FACTOR, _METRES = Axis(1e-5, 0.7, factor=True, number=14), Axis(2e-6, 0.5, numb
 _DEGREES, _UNITS = Axis(1e-4, 20.0), Axis(1e-6, 1.0)
 
 
-def _factor(kind: str, make: Callable[[Sight, float], Sight]) -> Change:
-    return _changed(kind, make, _FACTOR, words=f"{kind} x {{}}")
+def _factor_change(kind: str, make: Callable[[Sight, float], Sight]) -> Change:
+    return _sight_change(kind, make, _FACTOR, words=f"{kind} x {{}}")
 
 
-def _more(kind: str, make: Callable[[Sight, float], Sight], axis: Axis = _METRES, unit: str = " m") -> Change:
-    return _changed(kind, make, axis, words=f"{kind} {{}}{unit}")
+def _offset_change(kind: str, make: Callable[[Sight, float], Sight], axis: Axis = _METRES, unit: str = " m") -> Change:
+    return _sight_change(kind, make, axis, words=f"{kind} {{}}{unit}")
 
 
-def _of_display(sight: Sight, display: Display) -> Iterator[Change]:
+def _display_changes(sight: Sight, display: Display) -> Iterator[Change]:
     """Changes of the numbers that the view depends on."""
     module = display.modules[0]
     aligned = module.homography is None and module.field_of_view is None
-    yield _factor("observer distance", lambda s, f: s.with_screen(observer_z=s.screen.observer_z * f))
-    yield _more("observer height", lambda s, h: s.with_screen(observer_height=s.screen.observer_height + h))
-    yield _more("lens x", lambda s, d: s.with_module(x=s.module.x + d))
+    yield _factor_change("observer distance", lambda s, f: s.with_screen(observer_z=s.screen.observer_z * f))
+    yield _offset_change("observer height", lambda s, h: s.with_screen(observer_height=s.screen.observer_height + h))
+    yield _offset_change("lens x", lambda s, d: s.with_module(x=s.module.x + d))
     if display.diffuser == "conical" or display.screen_curvature or not aligned:  # else it does not matter
-        yield _more("lens y", lambda s, d: s.with_module(y=s.module.y + d))
-    yield _factor("lens z", lambda s, f: s.with_module(z=s.module.z * f))
+        yield _offset_change("lens y", lambda s, d: s.with_module(y=s.module.y + d))
+    yield _factor_change("lens z", lambda s, f: s.with_module(z=s.module.z * f))
     if aligned:
-        yield _factor("screen width", lambda s, f: s.with_screen(screen_width=s.screen.screen_width * f))
-        yield _factor("screen height", lambda s, f: s.with_screen(screen_height=s.screen.screen_height * f))
-    for name, what in (("screen_curvature", "screen radius"), ("observer_curvature", "observer radius")):
+        yield _factor_change("screen width", lambda s, f: s.with_screen(screen_width=s.screen.screen_width * f))
+        yield _factor_change("screen height", lambda s, f: s.with_screen(screen_height=s.screen.screen_height * f))
+    for name, noun in (("screen_curvature", "screen radius"), ("observer_curvature", "observer radius")):
         if getattr(display, name):
-            yield _factor(what, partial(_of_curvature, name))
-            yield _changed(f"no {what}", lambda s, name=name: s.with_screen(**{name: 0.0}))
-            yield _changed(f"{what} with the other sign", partial(_of_curvature, name, factor=-1.0))
+            yield _factor_change(noun, partial(_with_radius, name))
+            yield _sight_change(f"no {noun}", lambda s, name=name: s.with_screen(**{name: 0.0}))
+            yield _sight_change(f"{noun} with the other sign", partial(_with_radius, name, factor=-1.0))
     if not (display.screen_curvature or display.observer_curvature):
-        (other,) = (each for each in DIFFUSERS if each != display.diffuser)
+        (other,) = (diffuser for diffuser in DIFFUSERS if diffuser != display.diffuser)
         kind = f"diffuser '{other}' in place of '{display.diffuser}'"
-        yield _changed(kind, lambda s: s.with_screen(diffuser=other))
+        yield _sight_change(kind, lambda s: s.with_screen(diffuser=other))
     if module.field_of_view is not None:
-        yield _factor("field of view", _of_angle)
+        yield _factor_change("field of view", _with_field_of_view)
         for name in ("yaw", "pitch", "roll"):
-            yield _more(name, partial(_of_module, name), _DEGREES, " degrees")
+            yield _offset_change(name, partial(_with_module_offset, name), _DEGREES, " degrees")
     for k in range(8) if module.homography is not None else ():
-        yield _more(f"homography[{k}]", partial(_of_homography, k), _reach(k, display), "")
+        yield _offset_change(f"homography[{k}]", partial(_with_homography_entry, k), _entry_axis(k, display), "")
     for name in ("k1", "k2"):
-        yield _more(name, partial(_of_module, name), _UNITS, "")
+        yield _offset_change(name, partial(_with_module_offset, name), _UNITS, "")
     if sight.view.rays.kind == CROSSED_SLITS:
-        yield _changed("a pinhole in both axes", lambda s: replace(s, pinhole=True))
+        yield _sight_change("a pinhole in both axes", lambda s: replace(s, pinhole=True))
 
 
-def _of_module(name: str, sight: Sight, more: float) -> Sight:
-    return sight.with_module(**{name: getattr(sight.module, name) + more})
+def _with_module_offset(name: str, sight: Sight, offset: float) -> Sight:
+    return sight.with_module(**{name: getattr(sight.module, name) + offset})
 
 
-def _of_angle(sight: Sight, factor: float) -> Sight:
+def _with_field_of_view(sight: Sight, factor: float) -> Sight:
     """Field of view x factor."""
     return sight.with_module(field_of_view=(sight.module.field_of_view or 0.0) * factor)
 
 
-def _of_curvature(name: str, sight: Sight, factor: float) -> Sight:
+def _with_radius(name: str, sight: Sight, factor: float) -> Sight:
     """Radius x factor."""
     return sight.with_screen(**{name: getattr(sight.screen, name) / factor})
 
 
-def _reach(k: int, display: Display) -> Axis:
+def _entry_axis(k: int, display: Display) -> Axis:
     """Changes of entry k that move the screen's edge by a millionth to a fifth of the texture."""
     module = display.modules[0]
     texels = (module.width, module.height, 1.0)[k // 3]
@@ -263,39 +263,41 @@ def _reach(k: int, display: Display) -> Axis:
     return Axis(1e-6 * texels / metres, 0.2 * texels / metres)
 
 
-def _of_homography(k: int, sight: Sight, more: float) -> Sight:
+def _with_homography_entry(k: int, sight: Sight, offset: float) -> Sight:
     """A homography whose last entry is 1, with another entry k."""
-    given = sight.module.homography
-    assert given is not None
-    numbers = [h / given[8] for h in given]
-    numbers[k] += more
+    homography = sight.module.homography
+    assert homography is not None
+    numbers = [h / homography[8] for h in homography]
+    numbers[k] += offset
     return sight.with_module(homography=tuple(numbers))
 
 
-def _of_place(centre: FloatArray) -> Iterator[Change]:
+def _placement_changes(centre: FloatArray) -> Iterator[Change]:
     """Changes of where the scene lies in physical space, by the region of interest."""
 
-    def moved(factor: float, shift: FloatArray, sight: Sight) -> Sight:
+    def with_placement(factor: float, shift: FloatArray, sight: Sight) -> Sight:
         cast = np.array(sight.view.cast_from_world, np.float64)
         cast[:, 3] = centre + factor * (cast[:, 3] - centre) + shift
         cast[:, :3] *= factor
         return sight.with_display(sight.screen, cast)
 
-    yield _factor("ROI scale", lambda s, f: moved(f, np.zeros(3), s))
-    for axis, way in zip("xyz", np.eye(3), strict=True):
-        yield _more(f"ROI offset in {axis}", partial(lambda way, s, d: moved(1.0, d * way, s), way))
+    yield _factor_change("ROI scale", lambda s, f: with_placement(f, np.zeros(3), s))
+    for axis, direction in zip("xyz", np.eye(3), strict=True):
+        yield _offset_change(
+            f"ROI offset in {axis}", partial(lambda direction, s, d: with_placement(1.0, d * direction, s), direction)
+        )
 
 
-def _of_quilt(quilt: Quilt) -> Iterator[Change]:
+def _quilt_changes(quilt: Quilt) -> Iterator[Change]:
     """Changes of the numbers that the eyes' places depend on, and of how their views look at the screen."""
     half = tan(radians(quilt.field_of_view) / 2)
-    yield _factor("view cone", lambda s, f: s.with_quilt(view_cone=f * quilt.view_cone))
+    yield _factor_change("view cone", lambda s, f: s.with_quilt(view_cone=f * quilt.view_cone))
     nearer = "eyes' distance from the screen"
-    yield _factor(nearer, lambda s, f: s.with_quilt(field_of_view=2 * degrees(atan(half / f))))
-    (other,) = (each for each in SPACINGS if each != quilt.spacing)
-    yield _changed(f"spacing '{other}' in place of '{quilt.spacing}'", lambda s: s.with_quilt(spacing=other))
-    yield _changed("views turned to the screen's middle in place of sheared", partial(_unsheared, turned=True))
-    yield _changed("views without shear", partial(_unsheared, turned=False))
+    yield _factor_change(nearer, lambda s, f: s.with_quilt(field_of_view=2 * degrees(atan(half / f))))
+    (other,) = (spacing for spacing in SPACINGS if spacing != quilt.spacing)
+    yield _sight_change(f"spacing '{other}' in place of '{quilt.spacing}'", lambda s: s.with_quilt(spacing=other))
+    yield _sight_change("views turned to the screen's middle in place of sheared", partial(_unsheared, turned=True))
+    yield _sight_change("views without shear", partial(_unsheared, turned=False))
 
 
 def _unsheared(sight: Sight, turned: bool) -> Sight:
@@ -311,7 +313,7 @@ def _unsheared(sight: Sight, turned: bool) -> Sight:
     return replace(sight, view=with_lens(sight.view, lens, cast))
 
 
-def _of_separation(sight: Sight, others: Sequence[Sight]) -> Iterator[Change]:
+def _separation_changes(sight: Sight, others: Sequence[Sight]) -> Iterator[Change]:
     """The distance of parallel cameras from the middle of all, as two eyes have one; windows stay where they meet."""
     views = [sight.view, *(other.view for other in others)]
     turns = [view.cast_from_world[:, :3] for view in views]
@@ -323,20 +325,20 @@ def _of_separation(sight: Sight, others: Sequence[Sight]) -> Iterator[Change]:
     )
     lens, cast = lenses.mean(axis=0), casts.mean(axis=0)
 
-    def further(s: Sight, f: float) -> Sight:
+    def with_separation(s: Sight, f: float) -> Sight:
         numbers, axes = s.view.lens.copy(), np.array(s.view.cast_from_world, np.float64)
         numbers[2:4] = lens[2:4] + f * (numbers[2:4] - lens[2:4])
         axes[:, 3] = cast[:, 3] + f * (axes[:, 3] - cast[:, 3])
         return replace(s, view=with_lens(s.view, numbers, axes))
 
     if parallel and not np.array_equal(sight.view.cast_from_world, cast):
-        yield _factor("separation of the views", further)
+        yield _factor_change("separation of the views", with_separation)
 
 
-def _of_camera(sight: Sight) -> Iterator[Change]:
+def _camera_changes(sight: Sight) -> Iterator[Change]:
     """Changes of a camera's numbers: focal lengths, place and planes."""
 
-    def lens(factors: Mapping[int, float], s: Sight) -> Sight:
+    def with_factors(factors: Mapping[int, float], s: Sight) -> Sight:
         numbers = s.view.lens.copy()
         for k, factor in factors.items():
             numbers[k] *= factor
@@ -344,27 +346,27 @@ def _of_camera(sight: Sight) -> Iterator[Change]:
             raise InputError("the planes are not in order")
         return replace(s, view=with_lens(s.view, numbers, s.view.cast_from_world))
 
-    def place(way: FloatArray, s: Sight, d: float) -> Sight:
+    def with_eye(direction: FloatArray, s: Sight, d: float) -> Sight:
         cast = np.array(s.view.cast_from_world, np.float64)
-        cast[:, 3] -= d * (cast[:, :3] @ way)
+        cast[:, 3] -= d * (cast[:, :3] @ direction)
         return replace(s, view=with_lens(s.view, s.view.lens, cast))
 
-    def angle(s: Sight, f: float) -> Sight:
+    def with_angle(s: Sight, f: float) -> Sight:
         view = s.view
         half = (view.height - 2 * view.guard) / 2
         wide = f * atan(half / view.lens[1])
         if not wide < pi / 2:
             raise InputError("the field of view is beyond 180 degrees")
         zoom = half / tan(wide) / view.lens[1]
-        return lens({0: zoom, 1: zoom}, s)
+        return with_factors({0: zoom, 1: zoom}, s)
 
     if sight.view.lens[6]:  # orthographic
-        yield _factor("extent", lambda s, f: lens({0: 1 / f, 1: 1 / f}, s))
+        yield _factor_change("extent", lambda s, f: with_factors({0: 1 / f, 1: 1 / f}, s))
     else:
-        yield _factor("field of view", angle)
-    yield _factor("aspect", lambda s, f: lens({0: f}, s))
+        yield _factor_change("field of view", with_angle)
+    yield _factor_change("aspect", lambda s, f: with_factors({0: f}, s))
     size = float(sight.view.lens[5] - sight.view.lens[4])
-    for axis, way in zip("xyz", np.eye(3), strict=True):
-        yield _more(f"eye {axis}", partial(place, way), Axis(1e-6 * size, 0.5 * size), "")
-    yield _factor("near plane", lambda s, f: lens({4: f}, s))
-    yield _factor("far plane", lambda s, f: lens({5: f}, s))
+    for axis, direction in zip("xyz", np.eye(3), strict=True):
+        yield _offset_change(f"eye {axis}", partial(with_eye, direction), Axis(1e-6 * size, 0.5 * size), "")
+    yield _factor_change("near plane", lambda s, f: with_factors({4: f}, s))
+    yield _factor_change("far plane", lambda s, f: with_factors({5: f}, s))

@@ -35,13 +35,18 @@ _HALF = 0.5  # of the wrong texels
 _EQUAL = 0.001
 _EQUAL_TEXELS = 2.5
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
-_SECTIONS, _LEVEL = 36, 3  # each narrows the bracket to 0.62 of it: to the rounding of float32, or until it is level
+_SECTIONS = 36  # each narrows the bracket to 0.62 of its width, down to the rounding of float32
+_LEVEL = 3  # number of level sections that end the search
 ROUGH = 12  # of a screened change, whose value is refined again: to a thousandth of it
-_WIDE, _HALVED = 1.15, 6  # factor within which sizes may do as well, and how often it is halved
+_WIDE = 1.15  # factor within which sizes may fit equally well
+_HALVED = 6  # number of bisections of that factor
 _RANGE_END = 0.97  # of the largest size of a value: what is found beyond is the end of the search
 _LEAST_GAIN = 0.1  # share of the wrong texels that a change explains, less what it makes wrong, to be tried further
 _SCREENED = 40  # changes without values that are kept after screening
-_PLAIN, _GRADED, _REFINED = 12, 14, 6  # changes without and with values that are tried on more texels, and refined
+# Largest numbers of changes without and with values that are tried on more texels, and of refined changes.
+_PLAIN = 12
+_GRADED = 14
+_REFINED = 6
 
 
 @dataclass(frozen=True)
@@ -88,8 +93,10 @@ class Sample:
     @cached_property
     def _balanced_weights(self) -> tuple[FloatArray, FloatArray]:
         """Weights of wrong and of other texels, which sum to 1: halves, unless a wrong one would weigh less."""
-        wrong_count, other_count = max(int(self.wrong.sum()), 1), max(int((~self.wrong).sum()), 1)
-        wrong, rest = self.wrong / wrong_count, ~self.wrong / max(wrong_count, other_count)
+        wrong_count = max(int(self.wrong.sum()), 1)
+        other_count = max(int((~self.wrong).sum()), 1)
+        wrong = self.wrong / wrong_count
+        rest = ~self.wrong / max(wrong_count, other_count)
         total = float(wrong.sum() + rest.sum())
         return wrong / total, rest / total
 
@@ -197,7 +204,8 @@ class Sample:
         best = min(trials, key=_order)
         if len(grids) > 1:
             return best
-        axis, (step,) = change.axes[0], best.steps
+        axis = change.axes[0]
+        (step,) = best.steps
         around = np.geomspace(1 / axis.ratio, axis.ratio, 9)[1:-1] * step
         return min([best, *(self.trial(change, (float(x),)) for x in around if abs(x) <= axis.most)], key=_order)
 
@@ -212,9 +220,12 @@ class Sample:
         """The middle of the sizes that do as well, of a change with one value: counts have steps."""
         if len(best.steps) != 1:
             return best
-        sign, size, limits = np.sign(best.steps[0]), abs(best.steps[0]), []
+        sign = np.sign(best.steps[0])
+        size = abs(best.steps[0])
+        limits = []
         for direction in (1 / _WIDE, _WIDE):
-            near, far = 1.0, direction
+            near = 1.0
+            far = direction
             for _ in range(_HALVED):
                 middle = sqrt(near * far)
                 is_equal = self.trial(best.change, (float(sign * size * middle),)).cost <= best.cost + 1e-9
@@ -224,7 +235,8 @@ class Sample:
 
     def _section(self, best: Trial, k: int, reach: float, sections: int) -> Trial:
         """The best step number k, the others as they are."""
-        sign, size = np.sign(best.steps[k]), abs(best.steps[k])
+        sign = np.sign(best.steps[k])
+        size = abs(best.steps[k])
 
         def trial_at(place: float) -> Trial:
             step = float(sign * min(exp(place), best.change.axes[k].most))
@@ -234,20 +246,29 @@ class Sample:
         places = np.linspace(np.log(size / reach), np.log(size * reach), 9).tolist()
         scan = [trial_at(place) for place in places]
         k_best = min(range(9), key=lambda n: (round(scan[n].cost, 9), n))
-        low, high = places[max(k_best - 1, 0)], places[min(k_best + 1, 8)]
-        a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        left, right, tried, level = trial_at(a), trial_at(b), [best, *scan], 0
+        low = places[max(k_best - 1, 0)]
+        high = places[min(k_best + 1, 8)]
+        a = high - _GOLDEN * (high - low)
+        b = low + _GOLDEN * (high - low)
+        left = trial_at(a)
+        right = trial_at(b)
+        tried = [best, *scan]
+        level = 0
         for _ in range(sections):
             tried += [left, right]
             level = level + 1 if left.cost == right.cost else 0
             if level == _LEVEL:
                 break
             if left.cost <= right.cost:
-                high, b, right = b, a, left
+                high = b
+                b = a
+                right = left
                 a = high - _GOLDEN * (high - low)
                 left = trial_at(a)
             else:
-                low, a, left = a, b, right
+                low = a
+                a = b
+                left = right
                 b = low + _GOLDEN * (high - low)
                 right = trial_at(b)
         return min([*tried, left, right], key=_order)
@@ -264,7 +285,9 @@ class Search:
 
     def best(self) -> list[Trial]:
         """The changes, tried on the large sample, best first."""
-        tiny, small, large = self.tiny, self.small, self.large
+        tiny = self.tiny
+        small = self.small
+        large = self.large
         trials = self._trials_without_values(c for c in self.changes if not c.late)
         if any(large.fits(t) and t.left <= _NEARLY * large.before for t in trials):
             return self._ranked(trials)
@@ -335,7 +358,8 @@ def pair(
         result: Problem | None = None if changed is None else second_change.apply(changed, values[split:])
         return result
 
-    kind, words = f"{first_change.kind} and {second_change.kind}", f"{first_change.words} and {second_change.words}"
+    kind = f"{first_change.kind} and {second_change.kind}"
+    words = f"{first_change.words} and {second_change.words}"
     axes = (*first_change.axes, *second_change.axes)
     change = Change(kind, apply, words, axes, first_change.shared and second_change.shared)
     return change, (*first_steps, *second_steps)

@@ -49,11 +49,13 @@ class Image(Problem):
     def _interpolated_interval(self, u: NDArray[Any], v: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
         """The reference's interval, between four texels by their distances, and wider where they bend."""
         height, width = self.lower.shape[:2]
-        i, j = np.floor(u).astype(np.int64), np.floor(v).astype(np.int64)
+        i = np.floor(u).astype(np.int64)
+        j = np.floor(v).astype(np.int64)
         # Twice what a parabola of the same second differences is off a plane.
         curvature = (u - i) * (1 - (u - i)) + (v - j) * (1 - (v - j))
         low: Any = np.zeros(self.mine.shape)
-        high, margin = low, low
+        high = low
+        margin = low
         for b, a in ((0, 0), (0, 1), (1, 0), (1, 1)):
             texel = apply_border(j + b, height, "clamp"), apply_border(i + a, width, "clamp")
             weight = np.abs((1 - a) - (u - i)) * np.abs((1 - b) - (v - j))
@@ -103,7 +105,8 @@ class Depth(Image):
         Without a mesh the points that the other sight sees stand in for it: the reference's surface must be there as
         well, and what its depth is off by, the interval is moved by.
         """
-        sight, (du, dv) = self.other_sight or self.sight, self.shift
+        sight = self.other_sight or self.sight
+        du, dv = self.shift
         if self.other_sight is None and (self.caster is None or (du, dv) == (0.0, 0.0)):
             return super().ends()
         if self.caster is not None:
@@ -219,13 +222,17 @@ class Positions(Problem):
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """The texels' middles and depth less those of the positions, about 0 in world coordinates' place."""
         if self.rounded is not None:
-            half_width, columns, rows = self.model.centre, self.columns, self.rows
+            half_width = self.model.centre
+            columns = self.columns
+            rows = self.rows
             corners = [(a, b) for a in (-half_width, half_width) for b in (-half_width, half_width)]
             corner_values = [self.rounded(self.sight.points(columns + a, rows + b, self.depth)) for a, b in corners]
             return np.min(corner_values, axis=0), np.max(corner_values, axis=0)
         points, error = self.image_points
-        depth, middle = self.sight.to_image_z(self.depth), self.sight.middle
-        u, v = self.columns + middle + self.shift[0], self.rows + middle + self.shift[1]
+        depth = self.sight.to_image_z(self.depth)
+        middle = self.sight.middle
+        u = self.columns + middle + self.shift[0]
+        v = self.rows + middle + self.shift[1]
         margin = error + np.array([self.model.centre, self.model.centre, 0.0])
         margin[:, 2] += ROUNDINGS * self.model.operation * float(np.abs(depth).max(initial=0.0))
         positions = self.mine + (np.stack([u, v, depth], axis=-1) - points)
@@ -237,7 +244,8 @@ class Positions(Problem):
 
     def changes(self) -> list[Change]:
         """All changes of positions."""
-        (width, height), axes = self.size, tuple(zip("xyz", np.eye(3), strict=True))
+        width, height = self.size
+        axes = tuple(zip("xyz", np.eye(3), strict=True))
         changes = [
             _mapping_change(f"{axis} with the other sign", np.diag(1.0 - 2.0 * direction)) for axis, direction in axes
         ]

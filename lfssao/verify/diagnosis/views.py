@@ -83,11 +83,14 @@ class Sight:
 
     def lines(self, columns: NDArray[Any], rows: NDArray[Any]) -> FloatArray:
         """Rays of texels as lines of the world, (K, 8) (``lfssao.optics.kernels.rays.write_lines``)."""
-        view, lens, lines = self.view, self.view.lens, np.empty((len(columns), 8))
+        view = self.view
+        lens = self.view.lens
+        lines = np.empty((len(columns), 8))
         if self.pinhole:
             lens = lens.copy()
             lens[2:4] = self.module.y, lens[1]
-        u, v = columns + self.middle, rows + self.middle
+        u = columns + self.middle
+        v = rows + self.middle
         write_lines(replace(view, lens=lens).rays, np.ravel(view.world_from_cast), u, v, lines)
         if self.pinhole:
             lines[:, 6] = view.lens[3]
@@ -95,7 +98,8 @@ class Sight:
 
     def points(self, columns: NDArray[Any], rows: NDArray[Any], depth: FloatArray) -> FloatArray:
         """World points, (K, 3), of texels that see a depth."""
-        lines, z = self.lines(columns, rows), self.view.cast_z(np.asarray(depth, np.float64))
+        lines = self.lines(columns, rows)
+        z = self.view.cast_z(np.asarray(depth, np.float64))
         return np.asarray(lines[:, :3] + z[:, None] * (lines[:, 3:6] - lines[:, :3]))
 
     def cast(self, caster: RayCaster, cast_from_world: Matrix, columns: NDArray[Any], rows: NDArray[Any]) -> FloatArray:
@@ -137,7 +141,8 @@ def sight_of(view: View, display: Display | Quilt | None, index: int | None) -> 
         return Sight(view, quilt=_quilt_of_view(view, display, index or 0))
     if view.screen_to_world is not None or (display is None and view.rays.kind != CROSSED_SLITS):
         return Sight(view)
-    width, height = view.width - 2 * view.guard, view.height - 2 * view.guard
+    width = view.width - 2 * view.guard
+    height = view.height - 2 * view.guard
     tiny = ((-1e-9, -1e-9, -1e-9), (1e-9, 1e-9, 1e-9))
     if display is None or index is None:
         m_x, m_z, y_o, z_o, u_scale, _, v_scale, _ = view.lens.tolist()
@@ -195,8 +200,10 @@ def _sight_change(kind: str, make: Callable[..., Sight], *axes: Axis, words: str
     return Change(kind, apply, words or kind, axes, shared=True)
 
 
-_FACTOR, _METRES = Axis(1e-5, 0.7, factor=True, number=14), Axis(2e-6, 0.5, number=14)
-_DEGREES, _UNITS = Axis(1e-4, 20.0), Axis(1e-6, 1.0)
+_FACTOR = Axis(1e-5, 0.7, factor=True, number=14)
+_METRES = Axis(2e-6, 0.5, number=14)
+_DEGREES = Axis(1e-4, 20.0)
+_UNITS = Axis(1e-6, 1.0)
 
 
 def _factor_change(kind: str, make: Callable[[Sight, float], Sight]) -> Change:
@@ -304,11 +311,14 @@ def _unsheared(sight: Sight, turned: bool) -> Sight:
     """A quilt's view whose axis goes through its window's middle: turned to the screen's, or straight ahead."""
     assert sight.quilt is not None
     quilt, index, _ = sight.quilt
-    lens, cast = sight.view.lens.copy(), np.array(sight.view.cast_from_world, np.float64)
+    lens = sight.view.lens.copy()
+    cast = np.array(sight.view.cast_from_world, np.float64)
     lens[2] = sight.view.width / 2
     if turned:
-        x, z = quilt.eye_x(index), quilt.distance
-        cosine, sine = z / hypot(x, z), x / hypot(x, z)
+        x = quilt.eye_x(index)
+        z = quilt.distance
+        cosine = z / hypot(x, z)
+        sine = x / hypot(x, z)
         cast = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]]) @ cast
     return replace(sight, view=with_lens(sight.view, lens, cast))
 
@@ -323,10 +333,12 @@ def _separation_changes(sight: Sight, others: Sequence[Sight]) -> Iterator[Chang
     parallel = np.allclose(turns, turns[0], rtol=0, atol=_PARALLEL) and np.allclose(
         lenses[:, [0, 1, 6]], lenses[0, [0, 1, 6]]
     )
-    lens, cast = lenses.mean(axis=0), casts.mean(axis=0)
+    lens = lenses.mean(axis=0)
+    cast = casts.mean(axis=0)
 
     def with_separation(s: Sight, f: float) -> Sight:
-        numbers, axes = s.view.lens.copy(), np.array(s.view.cast_from_world, np.float64)
+        numbers = s.view.lens.copy()
+        axes = np.array(s.view.cast_from_world, np.float64)
         numbers[2:4] = lens[2:4] + f * (numbers[2:4] - lens[2:4])
         axes[:, 3] = cast[:, 3] + f * (axes[:, 3] - cast[:, 3])
         return replace(s, view=with_lens(s.view, numbers, axes))

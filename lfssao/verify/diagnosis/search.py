@@ -1,12 +1,12 @@
-"""The search for a change of the reference that a renderer's texture shows.
+"""Search for the change of the reference that explains a renderer's texture.
 
-An explanation predicts: it counts a wrong texel only if the change decides it, that is if the changed interval
-is narrower than the texel's deviation from the reference. A change explains a texture if it decides most of the wrong
-texels, nearly all of these lie in their intervals, and nearly no other texel leaves its own.
+A change decides a wrong texel if the changed interval is narrower than the texel's deviation from the reference; only
+decided texels count as explained. A change explains a texture if it decides most of the wrong texels, nearly all of
+these lie in their intervals, and nearly no other texel leaves its interval.
 
-Changes are screened on a hundred texels, half of them wrong ones, so that small errors weigh as much as large ones. The
-likely are tried on some more, and the best are refined on some thousands. Two changes at once are tried only if one
-explains at least half.
+Changes are screened on a hundred texels, half of them wrong, so that small and large errors have equal weight. Likely
+changes are tried on more texels, and the best are refined on some thousands. Pairs of changes are tried only if one
+change explains at least half.
 """
 
 from collections.abc import Iterable, Sequence
@@ -25,24 +25,24 @@ from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.diagnosis.change import Change, Places, Problem, Values
 from lfssao.verify.verdict import Flags
 
-DECIDED = 0.5  # share of the wrong texels that an explanation decides, at least
-_MOST_LEFT = 0.05  # share of the wrong texels that it may leave wrong, or make wrong of others
-FEWEST = 6  # wrong texels that it decides, for each of its values: fewer agree with many a change by chance
-NEAR = 0.3  # share of the wrong texels, less those that it makes wrong, that the nearest change explains at least
-_NEARLY = 0.005  # changes whose shares of the wrong texels differ by less are as good as each other
-_HALF = 0.5  # of the wrong texels
+DECIDED = 0.5  # least share of the wrong texels that an explanation decides
+_MOST_LEFT = 0.05  # largest number of texels that it leaves or makes wrong, relative to the wrong texels
+FEWEST = 6  # least number of decided texels for each value: fewer texels agree with many changes by chance
+NEAR = 0.3  # least share of the wrong texels, less those made wrong, that the nearest change explains
+_NEARLY = 0.005  # share of the wrong texels that a change may leave to end the search
+_HALF = 0.5  # least gain of the first change of a pair
 # Largest differences of changes that predict the same, as a share and as a number of wrong texels.
 _EQUAL = 0.001
 _EQUAL_TEXELS = 2.5
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 _SECTIONS = 36  # each narrows the bracket to 0.62 of its width, down to the rounding of float32
 _LEVEL = 3  # number of level sections that end the search
-ROUGH = 12  # of a screened change, whose value is refined again: to a thousandth of it
+ROUGH = 12  # sections for a screened change, to a thousandth of its value, which is refined again
 _WIDE = 1.15  # factor within which sizes may fit equally well
 _HALVED = 6  # number of bisections of that factor
-_RANGE_END = 0.97  # of the largest size of a value: what is found beyond is the end of the search
-_LEAST_GAIN = 0.1  # share of the wrong texels that a change explains, less what it makes wrong, to be tried further
-_SCREENED = 40  # changes without values that are kept after screening
+_RANGE_END = 0.97  # share of the largest size of a value; larger sizes only show that the range ended
+_LEAST_GAIN = 0.1  # least gain of a change that is tried further
+_SCREENED = 40  # largest number of changes without values after screening
 # Largest numbers of changes without and with values that are tried on more texels, and of refined changes.
 _PLAIN = 12
 _GRADED = 14
@@ -51,48 +51,48 @@ _REFINED = 6
 
 @dataclass(frozen=True)
 class Trial:
-    """A change with steps of its values, tried on a sample."""
+    """The result of a change with steps of its values on a sample."""
 
     change: Change
     steps: Values
-    cost: float  # 0 where all texels are as predicted, about 1/2 where nothing is explained
-    left: float = 1.0  # share of the weight that is outside its interval
-    decided: float = 0.0  # of the wrong texels' weight
-    explained: float = 0.0
+    cost: float  # 0 if all texels are as predicted, about 1/2 if nothing is explained
+    left: float = 1.0  # share of the weight outside the intervals
+    decided: float = 0.0  # share of the wrong texels' weight
+    explained: float = 0.0  # likewise
 
     @property
     def size(self) -> float:
-        """How large the steps are."""
+        """The largest size of the steps."""
         return max(map(abs, self.steps), default=0.0)
 
     @property
     def ends(self) -> bool:
-        """Whether a value lies at the end of its search."""
+        """Whether a value lies at the end of its range."""
         return any(abs(step) > _RANGE_END * axis.most for step, axis in zip(self.steps, self.change.axes, strict=True))
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Some texels of a texture, wrong ones and others, with the weight of all that each stands for; these sum to 1."""
+    """Some wrong and other texels of a texture, each with the weight of the texels that it represents; the sum is 1."""
 
     problem: Problem
     wrong: Flags  # (K,)
     weights: FloatArray  # (K,)
-    number: int  # of wrong texels that the sample stands for
-    places: Places  # (K,), numbers of the texels, row by row
-    base: Problem | None = None  # the reference's problem, where this one was changed
-    # Cost of a wrong texel inside an interval that does not decide it; 0 where a value is made good, as texels that
-    # turn at the right value are not decided there.
+    number: int  # number of wrong texels that the sample represents
+    places: Places  # (K,), indices of the texels, row by row
+    base: Problem | None = None  # the reference's problem, if this one is changed
+    # Cost of a wrong texel inside an interval that does not decide it; 0 for polishing, as texels whose samples change
+    # at the right value are not decided there.
     undecided: float = 0.5
 
     @cached_property
     def before(self) -> float:
-        """Share of the weight that is wrong without a change."""
+        """Share of wrong texels in the weight, without a change."""
         return float(self.weights @ self.wrong)
 
     @cached_property
     def _balanced_weights(self) -> tuple[FloatArray, FloatArray]:
-        """Weights of wrong and of other texels, which sum to 1: halves, unless a wrong one would weigh less."""
+        """Weights of wrong and of other texels with sum 1: a half each, unless a wrong texel would weigh less."""
         wrong_count = max(int(self.wrong.sum()), 1)
         other_count = max(int((~self.wrong).sum()), 1)
         wrong = self.wrong / wrong_count
@@ -102,9 +102,9 @@ class Sample:
 
     @cached_property
     def deviation(self) -> FloatArray:
-        """How far each number is from the middle of the reference's interval, or outside of what it was judged by.
+        """The distance of each number from the middle of the reference's interval, at least its excess.
 
-        An interval that is narrower and holds the number does not hold what the reference says.
+        A narrower interval that contains the number does not contain the reference's value.
         """
         base = self.base or self.problem
         low, high, _ = stored_interval(base)
@@ -115,7 +115,7 @@ class Sample:
 
     @cached_property
     def _usual_deviation(self) -> float:
-        """How far wrong texels usually are off."""
+        """The median deviation of texels."""
         deviations = channel_sums(self.deviation)
         positive = deviations[(deviations > 0) & np.isfinite(deviations)]
         return float(np.median(positive)) if len(positive) else 1.0
@@ -129,14 +129,14 @@ class Sample:
 
     @np.errstate(all="ignore")
     def outside(self, change: Change, steps: Values) -> Flags:
-        """Whether each texel is outside the interval of a change, (K,)."""
+        """Flags of texels outside the interval of a change, (K,)."""
         problem = self._changed(change, steps)
         if problem is None:
             return np.zeros(len(self.wrong), np.bool_)
         low, high, _ = stored_interval(problem)
         return channel_sums(distance_outside(problem.mine, low, high)) > 0
 
-    @np.errstate(all="ignore")  # an interval may be everything
+    @np.errstate(all="ignore")  # an interval may be infinite
     def trial(self, change: Change, steps: Values) -> Trial:
         """Try a change. The cost grows with the distance from the interval, and far more slowly from its middle."""
         problem = self._changed(change, steps)
@@ -175,30 +175,30 @@ class Sample:
         return bool(enough and kept and not trial.ends)
 
     def gain(self, trial: Trial) -> float:
-        """Share of the wrong texels that a change explains, less those that it makes wrong."""
+        """Share of the wrong texels that a change explains, less the texels that it makes wrong."""
         made_wrong = max(trial.left - self.before * (1 - trial.explained), 0.0)
         return trial.explained - made_wrong / (self.before or 1.0)
 
     @property
     def _gain_resolution(self) -> float:
-        """Difference of gains that tells nothing: of few wrong texels two may be open at the right value."""
+        """Largest meaningless difference of gains: of few wrong texels two may be undecided at the right value."""
         return max(_EQUAL, _EQUAL_TEXELS / max(self.number, 1))
 
     def equals(self, trial: Trial, other: Trial) -> bool:
-        """Whether two changes, of as many values, explain as much."""
+        """Whether two changes with the same number of values explain equally much."""
         difference = abs(self.gain(trial) - self.gain(other))
         return len(trial.steps) == len(other.steps) and difference <= self._gain_resolution
 
     def rank(self, trial: Trial) -> tuple[Any, ...]:
-        """A key: changes that explain the texture first, of these the fewest values, then by what they explain."""
+        """A key that sorts explanations first, then by the number of values, then by the gain."""
         if not self.fits(trial):
             return True, 0, 0, False, trial.cost
-        # A fault of one stage comes before a number of the view that predicts the same, as that is one in all stages.
+        # A fault of one stage precedes an equal change of the view, which would show in all stages.
         gain = round(-self.gain(trial) / self._gain_resolution)
         return False, len(trial.steps), gain, trial.change.shared, round(trial.cost, 9)
 
     def best_of_grid(self, change: Change) -> Trial:
-        """The change with the best steps of its axes' grids and, of one axis, of those around."""
+        """The change with the best steps on its axes' grids; a single axis is refined around the best step."""
         grids = [axis.steps for axis in change.axes]
         trials = [self.trial(change, tuple(map(float, steps))) for steps in product(*grids)]
         best = min(trials, key=_order)
@@ -217,7 +217,7 @@ class Sample:
         return best
 
     def centred(self, best: Trial) -> Trial:
-        """The middle of the sizes that do as well, of a change with one value: counts have steps."""
+        """The middle of the sizes with an equal cost, for a change with one value: costs of counts have steps."""
         if len(best.steps) != 1:
             return best
         sign = np.sign(best.steps[0])
@@ -234,7 +234,7 @@ class Sample:
         return self.trial(best.change, (float(sign * size * sqrt(limits[0] * limits[1])),))
 
     def _section(self, best: Trial, k: int, reach: float, sections: int) -> Trial:
-        """The best step number k, the others as they are."""
+        """The best value of step number k; the others stay."""
         sign = np.sign(best.steps[k])
         size = abs(best.steps[k])
 
@@ -242,7 +242,7 @@ class Sample:
             step = float(sign * min(exp(place), best.change.axes[k].most))
             return self.trial(best.change, (*best.steps[:k], step, *best.steps[k + 1 :]))
 
-        # The cost has steps: the best of many trials keeps the sections from an earlier one.
+        # The cost has steps: the best of many trials starts the sections at the right one.
         places = np.linspace(np.log(size / reach), np.log(size * reach), 9).tolist()
         scan = [trial_at(place) for place in places]
         k_best = min(range(9), key=lambda n: (round(scan[n].cost, 9), n))
@@ -284,15 +284,15 @@ class Search:
     changes: Sequence[Change]
 
     def best(self) -> list[Trial]:
-        """The changes, tried on the large sample, best first."""
+        """The likely changes, tried on the large sample, the best first."""
         tiny = self.tiny
         small = self.small
         large = self.large
         trials = self._trials_without_values(c for c in self.changes if not c.late)
         if any(large.fits(t) and t.left <= _NEARLY * large.before for t in trials):
             return self._ranked(trials)
-        for count in (1, 2):  # values: two where one does not do
-            sample = tiny if count == 1 else small  # one of two values, with the other wrong, makes little good
+        for count in (1, 2):  # number of values: two only if one does not explain the texture
+            sample = tiny if count == 1 else small  # one right value of two improves little
             graded = _cheapest(sample.best_of_grid(c) for c in self.changes if len(c.axes) == count)[:_GRADED]
             near = _cheapest(small.refined(t, 1.6, ROUGH) for t in graded if t.cost < np.inf)
             trials += [large.refined(t, 1.5) for t in _likely(small, near, _REFINED)]
@@ -309,14 +309,14 @@ class Search:
         return [self.large.trial(trial.change, ()) for trial in _likely(self.small, screened, _PLAIN)]
 
     def paired(self, best: Trial) -> Trial | None:
-        """A change together with the one that explains most of the rest, if it explains half itself."""
+        """A change joined with the one that explains most of the rest; None if its gain is below a half."""
         if self.large.gain(best) < _HALF:
             return None
-        # A change that makes the problem anew cannot come second: what came before would be lost.
+        # A change that creates a new problem cannot come second: it would undo the first change.
         others = [c for c in self.changes if c.kind != best.change.kind and not c.first]
 
         def with_change(sample: Sample) -> Sample:
-            """The sample with the change made."""
+            """The sample with the changed problem."""
             problem = best.change.apply(sample.problem, best.change.values(best.steps))
             return replace(sample, problem=problem, base=sample.problem)
 
@@ -333,7 +333,7 @@ class Search:
 
 
 def _likely(sample: Sample, trials: Sequence[Trial], most: int) -> list[Trial]:
-    """The best changes that explain something, or one."""
+    """The best trials with a gain, at least one."""
     return [t for k, t in enumerate(trials[:most]) if k == 0 or sample.gain(t) > _LEAST_GAIN]
 
 
@@ -343,14 +343,14 @@ def _cheapest(trials: Iterable[Trial]) -> list[Trial]:
 
 
 def _order(trial: Trial) -> tuple[float, float]:
-    """The smallest of the steps that cost least first: a value beyond may break what the sample does not have."""
+    """A key that sorts by cost, then by size: a larger value may break texels outside the sample."""
     return round(trial.cost, 9), trial.size
 
 
 def pair(
     first_change: Change, first_steps: Values, second_change: Change, second_steps: Values
 ) -> tuple[Change, Values]:
-    """Two changes at once, and their steps."""
+    """Two joined changes, and their steps."""
     split = len(first_steps)
 
     def apply(problem: Problem, values: Values) -> Problem | None:
@@ -366,14 +366,14 @@ def pair(
 
 
 def stored_interval(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Ends of the interval of what is read, and the middle before it is stored."""
+    """Ends of a problem's interval after storing, and its middle before storing."""
     low, high = problem.interval()
     middle = 0.5 * (low + high)
     return (low, high, middle) if problem.store is None else (*problem.store(low, high), middle)
 
 
 def distance_outside(mine: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """How far each number is outside an interval; infinitely far for NaN."""
+    """Distance of each number from an interval, 0 inside; infinite for NaN."""
     distance = np.where(mine < low, low - mine, np.where(mine > high, mine - high, 0.0))
     return np.where(np.isnan(mine) | np.isnan(low) | np.isnan(high) | np.isnan(distance), np.inf, distance)
 

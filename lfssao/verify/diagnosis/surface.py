@@ -1,4 +1,4 @@
-"""Changes of the G-buffer at some texels: depth and colour against the reference's, positions against depth."""
+"""Changes of the G-buffer: depth and colour against the reference's, positions against depth."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ class Image(Problem):
 
     lower: FloatArray  # (H, W) or (H, W, C)
     upper: FloatArray
-    second_differences: FloatArray  # by which a value between texels may be off theirs
+    second_differences: FloatArray  # limits of the deviation from a plane between texels
     shift: tuple[float, float] = (0.0, 0.0)
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
@@ -47,11 +47,11 @@ class Image(Problem):
         return self._interpolated_interval(self.columns + self.shift[0], self.rows + self.shift[1])
 
     def _interpolated_interval(self, u: NDArray[Any], v: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
-        """The reference's interval, between four texels by their distances, and wider where they bend."""
+        """The reference's interval, interpolated between four texels, and widened by second differences."""
         height, width = self.lower.shape[:2]
         i = np.floor(u).astype(np.int64)
         j = np.floor(v).astype(np.int64)
-        # Twice what a parabola of the same second differences is off a plane.
+        # Twice the deviation of a parabola with the same second differences from a plane.
         curvature = (u - i) * (1 - (u - i)) + (v - j) * (1 - (v - j))
         low: Any = np.zeros(self.mine.shape)
         high = low
@@ -100,10 +100,10 @@ class Depth(Image):
     }
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
-        """The reference's interval; of another sight, or between texels, what rays into the mesh see.
+        """The reference's interval; for another sight, or between texels, depths of rays into the mesh.
 
-        Without a mesh the points that the other sight sees stand in for it: the reference's surface must be there as
-        well, and what its depth is off by, the interval is moved by.
+        Without a mesh the reference's surface must contain the points that the other sight sees; the interval moves by
+        the difference of their depths.
         """
         sight = self.other_sight or self.sight
         du, dv = self.shift
@@ -117,31 +117,31 @@ class Depth(Image):
         offset = self.mine - self.sight.from_image_z(z)
         low, high = self._interpolated_interval(np.nan_to_num(u - 0.5, nan=-1e6), np.nan_to_num(v - 0.5, nan=-1e6))
         height, width = self.lower.shape
-        inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)  # nobody knows the surface beyond
+        inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)  # the surface beyond is not known
         return np.where(inside, low + offset, -np.inf), np.where(inside, high + offset, np.inf)
 
     @cached_property
     def _reference_depths(self) -> FloatArray:
-        """Depths that the reference's rays see."""
+        """Depths of the reference's rays."""
         assert self.caster is not None
         return self.sight.cast(self.caster, self.sight.view.cast_from_world, self.columns, self.rows)
 
     @cached_property
     def _below(self) -> FloatArray:
-        """How far the reference's interval reaches below its depth; where it sees no surface, as elsewhere."""
+        """Distance of the interval's lower end from the reference's depth; the median without a surface."""
         return _filled_margin(self._reference_depths - self._interpolated_interval(self.columns, self.rows)[0])
 
     @cached_property
     def _above(self) -> FloatArray:
-        """How far it reaches above."""
+        """Distance of the interval's upper end from the reference's depth; the median without a surface."""
         return _filled_margin(self._interpolated_interval(self.columns, self.rows)[1] - self._reference_depths)
 
     def seen_by(self, sight: Sight) -> "Depth":
-        """Depth by another sight."""
+        """Depth with another sight."""
         return self.changed(other_sight=sight)
 
     def changes(self) -> list[Change]:
-        """All changes of depth: of its own, and other modules', with room as rounding makes."""
+        """All changes of depth, and depths of other modules with a margin for rounding."""
         finite = self.lower[np.isfinite(self.lower)]
         size = float(np.ptp(finite)) if finite.size else 1.0
         bias = Axis(1e-5 * (size or 1.0), 2 * (size or 1.0))
@@ -184,20 +184,20 @@ class Color(Image):
 
 
 def _filled_margin(margin: FloatArray) -> FloatArray:
-    """Room of texels, the median where it is no number."""
+    """Margins of texels, the median in place of NaN."""
     finite = margin[np.isfinite(margin)]
     return np.where(np.isnan(margin), np.median(finite) if finite.size else 0.0, np.maximum(margin, 0.0))
 
 
 def second_differences(texture: FloatArray) -> FloatArray:
-    """Second differences of a texture along its rows and columns: how far between texels it is off a plane."""
+    """Sums of a texture's absolute second differences along rows and columns; infinite next to the background."""
     total = sum(np.abs(correlate1d(texture, (1.0, -2.0, 1.0), axis, mode="nearest")) for axis in (0, 1))
     return np.where(np.isnan(total), np.inf, total)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Positions(Problem):
-    """Positions of K texels, (K, 3), mapped into the image, against the texels' centres and depth."""
+    """Positions of K texels, (K, 3), whose image points are compared with the texels' centres and depth."""
 
     depth: FloatArray  # (K,)
     sight: Sight
@@ -207,20 +207,20 @@ class Positions(Problem):
     cast_from_world: Matrix
     size: tuple[int, int]  # width and height of the texture
     shift: tuple[float, float] = (0.0, 0.0)
-    rounded: Function | None = None  # applied to right positions, in place of the mapping of mine
+    rounded: Function | None = None  # applied to right positions; the interval is then theirs
 
     independent_fields: ClassVar = {"image_points": frozenset({"columns", "rows", "depth", "shift"})}
 
     @cached_property
     def image_points(self) -> tuple[FloatArray, FloatArray]:
-        """Image points of the positions, u, v in texels and image z, (K, 3), and how far each is off."""
+        """Image points of the positions, u, v in texels and image z, (K, 3), and their errors."""
         size = float(np.abs(self.mine[np.isfinite(self.mine)]).max(initial=0.0))
         coordinate_error = np.full(self.mine.shape, ROUNDINGS * self.model.operation * size)
         points, error, _ = project_positions(self.mine, coordinate_error, self.sight.mapping, self.model)
         return np.where(error[:, :1] > -np.inf, points, np.nan), np.maximum(error, 0.0)
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
-        """The texels' middles and depth less those of the positions, about 0 in world coordinates' place."""
+        """The positions plus the distances of their image points from the texels' middles and depth, with margins."""
         if self.rounded is not None:
             half_width = self.model.centre
             columns = self.columns
@@ -239,7 +239,7 @@ class Positions(Problem):
         return positions - margin, positions + margin
 
     def seen_by(self, sight: Sight) -> "Positions":
-        """Positions by another sight."""
+        """Positions with another sight."""
         return self.changed(sight=sight)
 
     def changes(self) -> list[Change]:
@@ -273,5 +273,5 @@ class Positions(Problem):
 
 
 def _mapping_change(kind: str, matrix: FloatArray, shift: FloatArray | float = 0.0) -> Change:
-    """A change that the map undoes, of positions as rows."""
+    """The change whose inverse is a map of positions as rows."""
     return plain(kind, lambda p: p.changed(mine=p.mine @ matrix.T + shift))

@@ -1,7 +1,7 @@
-"""Changes of the numbers of a display file, a quilt's or a camera's: how a wrong renderer sees the scene.
+"""Changes of the numbers of a display file, a quilt or a camera.
 
-A changed display makes another view. Depth, positions and occlusion of a wrong renderer are those of that view, so one
-change with one value is tried on all of them, and in all modules.
+A changed display gives another view. Depth, positions and occlusion of a wrong renderer are those of that view, so a
+change with the same value is tried on all of them, and in all modules.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -31,13 +31,13 @@ CORNERS = "texel corners in place of centres"
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """How a renderer sees a scene: the view's rays and mapping, and what a wrong one may do to them."""
+    """The rays and the mapping of a renderer's view, with the display, quilt or camera behind them."""
 
     view: View
-    display: Display | None = None  # that the view is of, with this one module; None of a camera
-    middle: float = 0.5  # place inside its texel, along u and v, that a ray goes through
+    display: Display | None = None  # the view's display with this module alone; None for a camera
+    middle: float = 0.5  # coordinate of a ray inside its texel, along u and v
     pinhole: bool = False  # whether rays meet in the lens in both axes
-    quilt: tuple[Quilt, int, Matrix] | None = None  # that a camera's view is of, its number, and world -> physical
+    quilt: tuple[Quilt, int, Matrix] | None = None  # of a camera's view: quilt, number, and world -> physical
 
     def __post_init__(self) -> None:
         if self.pinhole and self.view.rays.kind != CROSSED_SLITS:
@@ -45,7 +45,7 @@ class Sight:
 
     @property
     def mapping(self) -> WorldToImage:
-        """The mapping world -> image. A pinhole has image z 1 / (lens z - z), which grows with z (``to_image_z``)."""
+        """The mapping world -> image. A pinhole has image z 1 / (lens z - z), increasing with z (``to_image_z``)."""
         view = self.view
         if not self.pinhole:
             return view.world_to_image
@@ -60,7 +60,7 @@ class Sight:
 
     @property
     def screen(self) -> Display:
-        """The display of a view that is no camera's."""
+        """The display of the view, which is not a camera's."""
         assert self.display is not None
         return self.display
 
@@ -70,19 +70,19 @@ class Sight:
         return self.screen.modules[0]
 
     def to_image_z(self, depth: NDArray[Any]) -> NDArray[Any]:
-        """Depths, +infinity for none, as the mapping's image z."""
+        """Image z of depths, +infinity without a surface."""
         if not self.pinhole:
-            return depth  # a linear camera's is given as image z
+            return depth  # a linear camera's depth is image z already
         with np.errstate(all="ignore"):
             return np.where(np.isfinite(depth), 1 / (self.view.lens[1] - depth.astype(np.float64)), np.inf)
 
     def from_image_z(self, image_z: FloatArray) -> FloatArray:
-        """Depth of image z, what ``View.image_z`` undoes."""
+        """Depth of image z, the inverse of ``View.image_z``."""
         perspective = self.view.linear and not self.view.lens[6]
         return np.asarray(-1 / image_z) if perspective else image_z
 
     def lines(self, columns: NDArray[Any], rows: NDArray[Any]) -> FloatArray:
-        """Rays of texels as lines of the world, (K, 8) (``lfssao.optics.kernels.rays.write_lines``)."""
+        """Rays of texels as lines in world space, (K, 8) (``lfssao.optics.kernels.rays.write_lines``)."""
         view = self.view
         lens = self.view.lens
         lines = np.empty((len(columns), 8))
@@ -97,44 +97,44 @@ class Sight:
         return lines
 
     def points(self, columns: NDArray[Any], rows: NDArray[Any], depth: FloatArray) -> FloatArray:
-        """World points, (K, 3), of texels that see a depth."""
+        """World points, (K, 3), of texels at a depth."""
         lines = self.lines(columns, rows)
         z = self.view.cast_z(np.asarray(depth, np.float64))
         return np.asarray(lines[:, :3] + z[:, None] * (lines[:, 3:6] - lines[:, :3]))
 
     def cast(self, caster: RayCaster, cast_from_world: Matrix, columns: NDArray[Any], rows: NDArray[Any]) -> FloatArray:
-        """Depths, (K,), that texels see of a mesh whose caster lives in another sight's cast space."""
+        """Depths, (K,), of texels' rays into a mesh; its caster is in another sight's cast space."""
         lines = self.lines(columns, rows)
         for k in (0, 3):
             lines[:, k : k + 3] = transform_points(cast_from_world, lines[:, k : k + 3])
         return self.view.depth_at(caster.first_depths(lines))
 
     def with_display(self, display: Display, cast: Matrix | None = None) -> "Sight":
-        """The same with another display, or another map to physical space."""
+        """The sight with another display, or another map to physical space."""
         view = self.view
         made = display.view(0, view.cast_from_world if cast is None else cast, view.guard)
         return replace(self, view=replace(made, name=view.name), display=display)
 
     def with_module(self, **changes: Any) -> "Sight":
-        """The same with other numbers of the module."""
+        """The sight with other numbers of the module."""
         return self.with_display(replace(self.screen, modules=(replace(self.module, **changes),)))
 
     def with_quilt(self, **changes: Any) -> "Sight":
-        """The same with other numbers of the quilt."""
+        """The sight with other numbers of the quilt."""
         assert self.quilt is not None
         quilt, index, physical_from_world = self.quilt
         made = replace(quilt, **changes).view(index, physical_from_world, self.view.guard)
         return replace(self, view=replace(made, name=self.view.name))
 
     def with_screen(self, **changes: Any) -> "Sight":
-        """The same with other numbers of screen, observers or diffuser."""
+        """The sight with other numbers of screen, observers or diffuser."""
         return self.with_display(replace(self.screen, **changes))
 
 
 def sight_of(view: View, display: Display | Quilt | None, index: int | None) -> Sight:
-    """The sight of a view: of the module of a number, of slits alone, of a quilt's view, or of a camera.
+    """The sight of a view: of module ``index``, of slits without a display, of a quilt's view, or of a camera.
 
-    The region of interest of the display is left out, as changed displays need not hold it; ``display`` may have any
+    The display's region of interest is left out, as changed displays need not contain it; ``display`` may have any
     resolution.
     """
     if isinstance(display, Quilt):
@@ -153,9 +153,9 @@ def sight_of(view: View, display: Display | Quilt | None, index: int | None) -> 
 
 
 def _quilt_of_view(view: View, quilt: Quilt, index: int) -> tuple[Quilt, int, Matrix] | None:
-    """The quilt in the view's resolution, the view's number and world -> physical; None if it is no view of it.
+    """The quilt in the view's resolution, the view's number and world -> physical; None if it is not the quilt's view.
 
-    The near plane's distance says how many units of the scene a metre is (``Quilt.view``).
+    The near plane's distance gives the number of scene units in a metre (``Quilt.view``).
     """
     try:
         quilt = quilt.with_resolution(view.width - 2 * view.guard, view.height - 2 * view.guard)
@@ -172,8 +172,8 @@ def _quilt_of_view(view: View, quilt: Quilt, index: int) -> tuple[Quilt, int, Ma
 def view_changes(sight: Sight, centre: FloatArray | None, others: Mapping[str, Sight]) -> list[Change]:
     """Changes of a sight: numbers of its display or camera, and those of ``others``, by name.
 
-    ``centre``, (3,) metres, is that of the region of interest, about which a scene is scaled. A changed problem is that
-    of ``Problem.seen_by``; a display that cannot exist explains nothing.
+    A scene is scaled about ``centre``, (3,) metres, the centre of the region of interest. ``Problem.seen_by`` returns
+    the changed problem; a display that cannot exist gives none.
     """
     changes = [_sight_change(f"the mapping of {name}", lambda _, other=other: other) for name, other in others.items()]
     if sight.display is not None:
@@ -215,13 +215,13 @@ def _offset_change(kind: str, make: Callable[[Sight, float], Sight], axis: Axis 
 
 
 def _display_changes(sight: Sight, display: Display) -> Iterator[Change]:
-    """Changes of the numbers that the view depends on."""
+    """Yield changes of the display's numbers that the view depends on."""
     module = display.modules[0]
     aligned = module.homography is None and module.field_of_view is None
     yield _factor_change("observer distance", lambda s, f: s.with_screen(observer_z=s.screen.observer_z * f))
     yield _offset_change("observer height", lambda s, h: s.with_screen(observer_height=s.screen.observer_height + h))
     yield _offset_change("lens x", lambda s, d: s.with_module(x=s.module.x + d))
-    if display.diffuser == "conical" or display.screen_curvature or not aligned:  # else it does not matter
+    if display.diffuser == "conical" or display.screen_curvature or not aligned:  # otherwise it has no effect
         yield _offset_change("lens y", lambda s, d: s.with_module(y=s.module.y + d))
     yield _factor_change("lens z", lambda s, f: s.with_module(z=s.module.z * f))
     if aligned:
@@ -253,17 +253,17 @@ def _with_module_offset(name: str, sight: Sight, offset: float) -> Sight:
 
 
 def _with_field_of_view(sight: Sight, factor: float) -> Sight:
-    """Field of view x factor."""
+    """The sight with its field of view times a factor."""
     return sight.with_module(field_of_view=(sight.module.field_of_view or 0.0) * factor)
 
 
 def _with_radius(name: str, sight: Sight, factor: float) -> Sight:
-    """Radius x factor."""
+    """The sight with a radius times a factor."""
     return sight.with_screen(**{name: getattr(sight.screen, name) / factor})
 
 
 def _entry_axis(k: int, display: Display) -> Axis:
-    """Changes of entry k that move the screen's edge by a millionth to a fifth of the texture."""
+    """Sizes of entry k that move the screen's edge by a millionth to a fifth of the texture."""
     module = display.modules[0]
     texels = (module.width, module.height, 1.0)[k // 3]
     metres = (display.screen_width / 2, display.screen_height / 2, 1.0)[k % 3]
@@ -271,7 +271,7 @@ def _entry_axis(k: int, display: Display) -> Axis:
 
 
 def _with_homography_entry(k: int, sight: Sight, offset: float) -> Sight:
-    """A homography whose last entry is 1, with another entry k."""
+    """The sight with another entry k of its homography, whose last entry becomes 1."""
     homography = sight.module.homography
     assert homography is not None
     numbers = [h / homography[8] for h in homography]
@@ -280,7 +280,7 @@ def _with_homography_entry(k: int, sight: Sight, offset: float) -> Sight:
 
 
 def _placement_changes(centre: FloatArray) -> Iterator[Change]:
-    """Changes of where the scene lies in physical space, by the region of interest."""
+    """Yield changes of the scene's placement in physical space, by the region of interest."""
 
     def with_placement(factor: float, shift: FloatArray, sight: Sight) -> Sight:
         cast = np.array(sight.view.cast_from_world, np.float64)
@@ -296,7 +296,7 @@ def _placement_changes(centre: FloatArray) -> Iterator[Change]:
 
 
 def _quilt_changes(quilt: Quilt) -> Iterator[Change]:
-    """Changes of the numbers that the eyes' places depend on, and of how their views look at the screen."""
+    """Yield changes of the eyes' positions, and of the shear of their views."""
     half = tan(radians(quilt.field_of_view) / 2)
     yield _factor_change("view cone", lambda s, f: s.with_quilt(view_cone=f * quilt.view_cone))
     nearer = "eyes' distance from the screen"
@@ -308,7 +308,7 @@ def _quilt_changes(quilt: Quilt) -> Iterator[Change]:
 
 
 def _unsheared(sight: Sight, turned: bool) -> Sight:
-    """A quilt's view whose axis goes through its window's middle: turned to the screen's, or straight ahead."""
+    """A quilt's view without shear: turned to the screen's middle, or straight ahead."""
     assert sight.quilt is not None
     quilt, index, _ = sight.quilt
     lens = sight.view.lens.copy()
@@ -324,7 +324,7 @@ def _unsheared(sight: Sight, turned: bool) -> Sight:
 
 
 def _separation_changes(sight: Sight, others: Sequence[Sight]) -> Iterator[Change]:
-    """The distance of parallel cameras from the middle of all, as two eyes have one; windows stay where they meet."""
+    """Yield the separation of parallel cameras, such as two eyes; their windows still meet in the same plane."""
     views = [sight.view, *(other.view for other in others)]
     turns = [view.cast_from_world[:, :3] for view in views]
     if len(views) < 2 or any(view.lens.shape != sight.view.lens.shape for view in views):
@@ -348,7 +348,7 @@ def _separation_changes(sight: Sight, others: Sequence[Sight]) -> Iterator[Chang
 
 
 def _camera_changes(sight: Sight) -> Iterator[Change]:
-    """Changes of a camera's numbers: focal lengths, place and planes."""
+    """Yield changes of a camera's numbers: focal lengths, position and planes."""
 
     def with_factors(factors: Mapping[int, float], s: Sight) -> Sight:
         numbers = s.view.lens.copy()

@@ -247,7 +247,8 @@ def test_functions_and_files_are_short():
 
 # Sentences
 
-PROSE = [*SOURCES, *(p for room in ("tests", "benchmarks") for p in sorted(PACKAGE.parent.glob(f"{room}/**/*.py")))]
+ROOMS_BESIDE = ("tests/**", "benchmarks/**", "docs")
+PROSE = [*SOURCES, *(p for room in ROOMS_BESIDE for p in sorted(PACKAGE.parent.glob(f"{room}/*.py")))]
 
 
 def sentences(path):
@@ -290,6 +291,7 @@ def test_the_top_folder_holds_what_it_may():
         "tests",
         "benchmarks",
         "notebooks",
+        "docs",
         "README.md",
         "LICENSE",
         "CHANGELOG.md",

@@ -1,6 +1,5 @@
 """For other projects: checks of renderers and of sample sets, cases of the kit, and hypothesis strategies."""
 
-import os
 from typing import TYPE_CHECKING, Any
 
 from lfssao.samples.assertions import assert_promise, assert_sampler, check_sampler
@@ -9,7 +8,7 @@ from lfssao.verify.kit.cases import make_case
 from lfssao.verify.kit.folder import write_kit
 from lfssao.verify.testing.conformance import assert_conforms
 
-if TYPE_CHECKING or os.environ.get("EAGER_IMPORT"):  # as lazy_loader has it, for pages of all names
+if TYPE_CHECKING:
     from lfssao.verify.testing.strategies import cameras, displays, gbuffers, radii, sample_sets
 
 __all__ = [

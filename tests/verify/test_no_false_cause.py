@@ -437,6 +437,42 @@ def test_one_change_gets_its_own_name(estimator, job_of, tmp_path):
     assert len(silent) <= max(0.1 * PER_VIEW * len(VIEWS), 1), silent
 
 
+def with_wrong(job, make, number):
+    """The texture of a size, found by halving, that differs from the reference at as many texels."""
+    low, high = 1e-7, 1.0
+    for _ in range(40):
+        size = (low * high) ** 0.5
+        texture = np.where(np.isfinite(job.buffers.depth), make(size), 0).astype(np.float32)
+        wrong = np.count_nonzero(np.abs(texture - job.right) > 1e-4)
+        if wrong == number:
+            return texture
+        low, high = (size, high) if wrong < number else (low, size)
+    raise AssertionError(f"no size makes {number} texels wrong")
+
+
+@pytest.mark.parametrize("number", [3, 4])
+def test_shares_of_samples_tell_a_change_by_four_texels_and_nothing_by_three(number, job_of, tmp_path):
+    job = job_of("lf", "flat")
+    texture = with_wrong(job, lambda size: job.renderer.ao(1, depth=job.renderer.depth + np.float32(size)), number)
+    found, _, words = told_of(compared(job, tmp_path / "mine", texture))
+    kinds = [candidate.kind for candidate in found.candidates[: found.equal]]
+    assert (("depth bias" in kinds), ("too few" in words)) == ((True, False) if number == 4 else (False, True)), words
+
+
+def test_four_texels_that_no_change_makes_wrong_have_no_cause(job_of, tmp_path):
+    """Noise on positions, and samples that are sheared."""
+    job = job_of("lf", "flat")
+    rng = generator("four")
+    noise, shear = rng.normal(size=job.renderer.positions.shape), rng.normal(size=(3, 3))
+    wrong = (
+        lambda size: job.renderer.ao(1, positions=job.renderer.positions + np.float32(size * noise)),
+        lambda size: job.renderer.ao(1, samples=job.renderer.samples @ (np.eye(3) + size * shear)),
+    )
+    for k, make in enumerate(wrong):
+        _, causes, words = told_of(compared(job, tmp_path / f"{k}", with_wrong(job, make, 4)))
+        assert causes == [], words
+
+
 WALL = np.array([[[-2, -2, 0], [2, -2, 0], [2, 2, 0]], [[-2, -2, 0], [2, 2, 0], [-2, 2, 0]]], float)
 
 

@@ -64,6 +64,8 @@ class Problem:
     replacement: FloatArray | None = None  # right values, of the shape of ``mine``, in place of ``ends``
     whole: ClassVar[bool] = False  # whether each trial computes a whole texture
     counts: ClassVar[bool] = False  # whether values are counts, so that costs have steps
+    # Least number of wrong texels that an explanation decides, for each value: fewer agree with many changes by chance
+    fewest: ClassVar[int] = 6
     # Cached properties, and the fields that they do not depend on.
     independent_fields: ClassVar[Mapping[str, frozenset[str]]] = {}
 

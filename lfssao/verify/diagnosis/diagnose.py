@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lfssao.verify.diagnosis.change import OUTSIDE, Candidate, Change, Places, percent
+from lfssao.verify.diagnosis.change import OUTSIDE, Candidate, Change, Places, Problem, percent
 from lfssao.verify.diagnosis.estimated import TOLERANCE, Estimated
 from lfssao.verify.diagnosis.problems import Texture
-from lfssao.verify.diagnosis.search import DECIDED, FEWEST, NEAR, ROUGH, Sample, Search, Trial, pair
+from lfssao.verify.diagnosis.search import DECIDED, NEAR, ROUGH, Sample, Search, Trial, pair
 from lfssao.verify.verdict import Flags, Verdict, texels
 
 # Texels on which all changes are tried, on which the likely ones are, and on which the best ones are refined.
@@ -50,6 +50,7 @@ class Diagnosis:
     left_out: int = 0  # number of wrong texels that were left out, as a sample leaves the texture
     subject: str = "the reference"  # the owner of the varied settings, such as an estimator
     background: str = ""  # a sentence on the background, if it is wrong
+    too_few: bool = False  # whether fewer texels are wrong than tell a cause
 
     def words(self, module: str) -> str:
         """The diagnosis of a module's texture in sentences."""
@@ -57,7 +58,7 @@ class Diagnosis:
             hint = self.candidates[0].hint
             return f"{self.candidates[0].words} in {module}, whose surface is right{hint and f': {hint}'}"
         prefix = f"{self.background}; " if self.background else ""
-        if self.wrong < FEWEST:
+        if self.too_few:
             few = "texel is" if self.wrong == 1 else "texels are"
             return f"{prefix}{self.wrong} wrong {few} too few to tell a cause in {module}"
         if not self.candidates:
@@ -185,7 +186,7 @@ class WrongTexture(Texture):
         """
         values = self.mine.ravel()[np.concatenate([wrong, right])]
         occlusion = self.name in (*self.layers, "merged", "blurred")
-        if not occlusion or len(wrong) < FEWEST or not (values == values[0]).all():
+        if not occlusion or len(wrong) < Problem.fewest or not (values == values[0]).all():
             return None
         words = f"ao of {values[0]:.7g} everywhere"
         constant = Candidate(words, (), words, 1.0, 1.0, 1.0)
@@ -198,15 +199,16 @@ class WrongTexture(Texture):
         problem = self.problem(wrong[:1]) if len(wrong) else None
         if problem is None:
             return None
-        if len(wrong) < FEWEST:
-            return Diagnosis(False, (), 0, len(right) / (len(right) + len(wrong)), len(right) + len(wrong), len(wrong))
+        if len(wrong) < problem.fewest:
+            number = len(right) + len(wrong)
+            return Diagnosis(False, (), 0, len(right) / number, number, len(wrong), too_few=True)
         cost = problem.cost
         again = self._diagnose_texels(wrong, right, cost, known, False) if known else None
         if again is not None and again.fits:
             return again
         inner_wrong = wrong[~self._leaves_texture(wrong)]
         inner_right = right[~self._leaves_texture(right)]
-        if len(inner_wrong) < max(FEWEST, _INNER * len(wrong)) or len(inner_wrong) == len(wrong):
+        if len(inner_wrong) < max(problem.fewest, _INNER * len(wrong)) or len(inner_wrong) == len(wrong):
             return self._diagnose_texels(wrong, right, cost, known, search)
         # Samples that leave the texture may have another fault: texels without such samples are explained first.
         diagnosis = self._diagnose_texels(inner_wrong, inner_right, cost, known, search)

@@ -34,6 +34,7 @@ class Counted(Formulated):
     unprojected: bool = False  # whether surfaces' points are reconstructed from depth
 
     counts: ClassVar[bool] = True
+    fewest: ClassVar[int] = 4
     total: ClassVar[str] = "count"
     as_before: ClassVar[str] = ", count divided by {count}"
     anew: ClassVar[str] = ", count divided by {rest}"

@@ -27,7 +27,6 @@ from lfssao.verify.verdict import Flags
 
 DECIDED = 0.5  # least share of the wrong texels that an explanation decides
 _MOST_LEFT = 0.05  # largest number of texels that it leaves or makes wrong, relative to the wrong texels
-FEWEST = 6  # least number of decided texels for each value: fewer texels agree with many changes by chance
 NEAR = 0.3  # least share of the wrong texels, less those made wrong, that the nearest change explains
 _NEARLY = 0.005  # share of the wrong texels that a change may leave to end the search
 _HALF = 0.5  # least gain of the first change of a pair
@@ -170,7 +169,7 @@ class Sample:
 
     def fits(self, trial: Trial, least: float = DECIDED) -> bool:
         """Whether a change explains the texture, and decides more than a share of the wrong texels."""
-        enough = trial.decided > least and trial.decided * self.number >= FEWEST * max(len(trial.steps), 1)
+        enough = trial.decided > least and trial.decided * self.number >= self.problem.fewest * max(len(trial.steps), 1)
         kept = trial.left <= _MOST_LEFT * self.before and trial.explained >= (1 - _MOST_LEFT) * trial.decided
         return bool(enough and kept and not trial.ends)
 

@@ -37,7 +37,10 @@ def test_a_background_is_named_with_the_option_that_accepts_it(reference, tmp_pa
     words = f"background is {value:g} in place of infinity"
     empty = np.count_nonzero(~np.isfinite(single(reference, MODULE, "depth")))
     assert (found.verdict, found.outside) == (Verdict.OUTSIDE, empty)
-    assert found.diagnosis.words(MODULE) == f"{words} in {MODULE}, whose surface is right: --background {value:g}"
+    assert (
+        found.diagnosis.words(MODULE)
+        == f"{words} in {MODULE}, whose surface is right; compare again with --background {value:g}"
+    )
     assert [cause.kind for cause in report.causes] == ["background"]
     wrong = [r for r in report.results if r.verdict.code > 1]
     assert wrong == [found]  # later stages are judged without it
@@ -50,7 +53,9 @@ def test_a_wrong_surface_is_explained_beside_its_background(reference, tmp_path)
     mine = with_sky(reference, tmp_path / "mine", 1e10, more=lambda pixels: pixels + np.float32(0.05))
     found = result_of(lfssao.compare(mine, reference, layers=["depth"])).diagnosis
     assert (found.fits, found.candidates[0].kind) == (True, "depth bias")
-    assert found.words(MODULE).startswith("background is 1e+10 in place of infinity: --background 1e+10; depth + 0.05")
+    assert found.words(MODULE).startswith(
+        "background is 1e+10 in place of infinity; compare again with --background 1e+10; depth + 0.05"
+    )
     accepted = result_of(lfssao.compare(mine, reference, layers=["depth"], background=1e10)).diagnosis
     assert accepted.words(MODULE).startswith("depth + 0.05")
 
@@ -59,7 +64,10 @@ def test_positions_and_depth_have_one_background(reference, tmp_path):
     mine = with_sky(reference, tmp_path / "mine", 0.0, ("depth", "positions"))
     report = lfssao.compare(mine, reference)
     (cause,) = report.causes
-    assert cause.words == f"background is 0 in place of infinity in depth and positions of {MODULE}: --background 0"
+    assert (
+        cause.words
+        == f"background is 0 in place of infinity in depth and positions of {MODULE}; compare again with --background 0"
+    )
     assert json.loads(json.dumps(report.as_dict()))["causes"][0]["layers"] == ["depth", "positions"]
     assert lfssao.compare(mine, reference, background=0).exit_code == 0
 

@@ -232,7 +232,7 @@ def test_a_linear_filter_is_named_with_its_option(job, tmp_path):
     found = own.compared(wrong, tmp_path).diagnosis
     assert found.fits, found.words("M")
     assert found.words("M").startswith("textures read between texels, by a linear filter explains 100.00 %")
-    assert found.words("M").endswith(": --parameter filter=linear")
+    assert found.words("M").endswith("; render the reference with --parameter filter=linear")
 
 
 @pytest.mark.parametrize(("name", "shift"), [("oriented-hemisphere", 0.03), ("vo-points", -0.83), ("alchemy", 0.02)])

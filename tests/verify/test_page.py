@@ -11,7 +11,7 @@ from time import sleep
 
 import numpy as np
 import pytest
-from compare_folders import LAYERS, MODULES, changed, compare, poke, single, with_a_wrong_code
+from compare_folders import LAYERS, MODULES, changed, compare, poke, remade, single, with_a_wrong_code
 from jobs import edit, manifest_of, render
 from PIL import Image
 from selenium.webdriver.common.action_chains import ActionChains, ScrollOrigin
@@ -340,3 +340,61 @@ def test_it_fits_a_telephone(browser, page):
         assert browser.execute_script("return document.documentElement.scrollWidth") <= 390
     finally:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_the_worst_texels_have_a_picture_of_their_samples(browser, page, report, reference):
+    opened(browser, page)
+    (picture,) = browser.find_elements("css selector", "[data-texel='24,16'] svg.samples")
+    assert picture.is_displayed()
+    made = report.textures.samples["module_004", "ao_2", *PLANTED]
+    dots = re.findall(r'<g class="(\w+)"><title>sample (\d+) is (\w+): it reads texel \((\d+), (\d+)\)', made)
+    half = len(dots) // 2
+    assert dots[:half] == dots[half:]  # each sample has a dot in both panels
+    assert all(kind == told for kind, _, told, *_ in dots)
+    (right,) = single(reference, "module_004", "ao_2")[PLANTED[::-1]]
+    assert sum(kind == "occluded" for kind, *_ in dots[:half]) == pytest.approx(6 * float(right), abs=1e-5)
+    assert 0 < right < 1
+    width = float(re.search(r'class="own"[^/]* width="([\d.]+)"', made)[1])  # pixels of a texel
+    own = [float(v) for v in re.search(r'class="own" x="([\d.]+)" y="([\d.]+)"', made).groups()]
+    for x, y, (_, _, _, column, row) in zip(*circles(made, half), dots[:half], strict=True):
+        assert [(x - own[0]) // width, (y - own[1]) // width] == [int(column) - PLANTED[0], int(row) - PLANTED[1]]
+    assert "samples" not in texts(browser, "#readout dd")[-1]
+
+
+def circles(made, count):
+    """Columns and rows, pixels, of the first dots of a picture."""
+    found = re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', made)[:count]
+    return np.array(found, float).T
+
+
+def test_many_modules_are_signs_in_rows_of_their_layers(browser, tmp_path, report):
+    fails = report.first_failure
+    equal = replace(fails, verdict=Verdict.EQUAL_BITS, outside=0)
+    results = [replace(fails if k == 41 else equal, module=f"module_{k:03d}") for k in range(80)]
+    replace(report, results=tuple(results)).write_html(tmp_path / "page.html")
+    for width in (1280, 390):
+        browser.execute_cdp_cmd(
+            "Emulation.setDeviceMetricsOverride",
+            {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": False},
+        )
+        browser.get((tmp_path / "page.html").as_uri())
+        links = browser.find_elements("css selector", ".verdicts a")
+        assert [link.text for link in links] == ["="] * 41 + ["✕ 41"] + ["="] * 38
+        assert links[41].get_attribute("title") == "module_041, ao_2: outside"
+        table = browser.find_element("css selector", ".verdicts")
+        assert browser.execute_script("return arguments[0].scrollWidth <= arguments[0].clientWidth", table)
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_an_option_that_makes_it_right_is_there_to_copy(browser, tmp_path, reference):
+    mine = changed(reference, tmp_path / "mine", "module_004", remade("merged", lambda pixels: 1 - pixels))
+    assert compare(mine, reference, "--html", tmp_path / "page.html") == 2
+    opened(browser, tmp_path / "page.html")
+    (flag,), (words,) = texts(browser, ".flag code"), texts(browser, ".flag")
+    assert words == f"compare again with {flag}"
+    option, rule = flag.split()
+    assert option == "--map"
+    judged = lfssao.compare(mine, reference, rules=dict([rule.split("=")[::-1]]), layers=["merged"], diagnosis=False)
+    verdicts = {result.module: result.verdict for result in judged.results}
+    assert verdicts["module_004"] in (Verdict.EQUAL_BITS, Verdict.EQUAL_VALUES, Verdict.INSIDE)
+    assert verdicts["module_003"] is Verdict.OUTSIDE  # whose merged AO is no visibility

@@ -51,6 +51,9 @@ class Term:
     """One sample of one texel: the texel that it reads, and the least and the largest term that it adds."""
 
     number: int  # from 0
+    # Image point, texels, in exact arithmetic; undefined outside the mapping's domain.
+    u: float
+    v: float
     texel: tuple[int, int] | None  # (column, row) that it reads; None outside the texture or the domain
     edge_distance: float  # distance, in texels, of the image point from the nearest edge of that texel
     error_uv: float  # error of u or v
@@ -95,7 +98,7 @@ def sorted_terms(trace: NDArray[np.float64], shape: tuple[int, int]) -> list[Ter
     found = []
     for number, (u, e_u, v, e_v, least, most) in enumerate(trace.tolist()):
         texel, distance = _texel_of(u, v, e_u > -np.inf, shape)
-        found.append(Term(number, texel, distance, max(e_u, e_v), least, most))
+        found.append(Term(number, u, v, texel, distance, max(e_u, e_v), least, most))
     return sorted(found, key=closeness)
 
 

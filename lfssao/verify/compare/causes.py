@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import isclose
 
 from lfssao.verify.compare.result import Result
-from lfssao.verify.diagnosis.change import Candidate, percent
+from lfssao.verify.diagnosis.change import Candidate, advice, percent
 
 _EQUAL = 1e-3  # relative difference of values that are one
 
@@ -21,6 +21,7 @@ class Cause:
     modules: tuple[str, ...]
     layers: tuple[str, ...]
     places: tuple[str, ...]  # of all these textures (``Result.place``)
+    hint: str = ""  # an option that makes the textures right
 
 
 def causes_of(results: Sequence[Result]) -> tuple[Cause, ...]:
@@ -64,7 +65,6 @@ def _cause(best: Candidate, results: Sequence[Result]) -> Cause:
     wrong = sum(r.diagnosis.wrong for r in results if r.diagnosis is not None)
     shares = [(own.explained, r.diagnosis.wrong) for r in results if r.diagnosis and (own := _own_candidate(r, best))]
     explained = sum(share * number for share, number in shares) / (wrong or 1)
-    hint = best.hint and f": {best.hint}"
     others = _equal_candidates(best, results)
     if best.kind == "background":
         words = f"{best.words} in {layer_names} of {module_names}"
@@ -73,7 +73,8 @@ def _cause(best: Candidate, results: Sequence[Result]) -> Cause:
         words = f"{changes} explains {layer_names} of {module_names} ({percent(explained)} of {wrong} wrong texels)"
     places = tuple(r.place for r in results)
     equal = tuple(other.kind for other in others)
-    return Cause(best.kind, equal, best.values, words + hint, tuple(modules), tuple(layers), places)
+    words += advice(best.hint)
+    return Cause(best.kind, equal, best.values, words, tuple(modules), tuple(layers), places, best.hint)
 
 
 def _equal_candidates(best: Candidate, results: Sequence[Result]) -> list[Candidate]:

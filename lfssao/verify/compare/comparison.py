@@ -247,6 +247,7 @@ class Comparison:
         self._results.append(result)
         if self._textures is not None:
             self._textures.add(result, layer, expected, judgement)
+            self._textures.add_samples(result, mine, case, self._model)
         without_interval = judgement.verdict is Verdict.DIFFERENT and case.stage == VIEW
         if without_interval and name in layers_without_intervals(list(case.outputs)):
             self._without_intervals.add(name)

@@ -8,13 +8,16 @@ import numpy as np
 from lfssao.samples.rotation import float32_rounding
 from lfssao.verify.bounds.bounds import Bounds, FloatArray
 from lfssao.verify.bounds.error_model import ErrorModel
-from lfssao.verify.bounds.explain import Sample, explainer, sorted_terms
+from lfssao.verify.bounds.explain import Sample, Term, explainer, sorted_terms
 from lfssao.verify.bounds.points import term_tracer
 from lfssao.verify.bounds.ssao import image_depth
 from lfssao.verify.bounds.view import described_problem
 from lfssao.verify.case import VIEW, Arrays, Case, described_mapping, described_turns, described_view
 from lfssao.verify.compare.result import Reason
 from lfssao.verify.judge import stage_inputs
+
+Place = tuple[int, int]  # column and row
+Explain = Callable[[Place], list[Sample] | list[Term]]
 
 _LEAST_NOISE = 5e-4  # radians: half of float32's spacing at the angle
 _REASONS = {
@@ -70,28 +73,59 @@ def _occlusion_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
     if parameters["estimator"] != "lf":
         return _undecided_reason(k, mine, case, bounds, model)
     guard = parameters["guard"]
+    explain = _sample_explainer(k, mine, case, model)
+    if explain is None:
+        return lambda _: ""
+
+    def reason(texel: Place) -> str:
+        samples = explain((texel[0] + guard, texel[1] + guard))
+        return str(samples[0]) if samples else "no surface is seen there"
+
+    return reason
+
+
+def texel_explainer(name: str, mine: Arrays, case: Case, model: ErrorModel) -> Explain | None:
+    """Return a function of (column, row) that lists the samples of a texel in the depth texture that they read.
+
+    None unless the texture is the occlusion of one radius and its samples are known. A sample's texel counts the
+    guard band; the function's argument does not.
+    """
+    layers = [f"ao_{k + 1}" for k in range(len(case.parameters.get("radii", ())))]
+    if case.stage != VIEW or name not in layers:
+        return None
+    guard = case.parameters["guard"]
+    make_explainer = _sample_explainer if case.parameters["estimator"] == "lf" else _term_explainer
+    explain = make_explainer(layers.index(name), mine, case, model)
+    return None if explain is None else lambda texel: explain((texel[0] + guard, texel[1] + guard))
+
+
+def _sample_explainer(k: int, mine: Arrays, case: Case, model: ErrorModel) -> Callable[[Place], list[Sample]] | None:
+    """A function that lists a texel's samples at radius k, of (column, row) with the guard band.
+
+    None without depth, or without both positions and the inverse mapping.
+    """
+    parameters = case.parameters
     inverse = parameters["screen_to_world"]
     inputs = stage_inputs(mine, case)
     depth = inputs.get("depth")
     positions = inputs.get("positions")
     if depth is None or (positions is None and inverse is None):
-        return lambda _: ""
+        return None
     turns = described_turns(parameters, inputs)
     samples = inputs["samples"]
     radius = parameters["radii"][k]
     image, depth_error = image_depth(described_view(parameters), depth, model)
 
     @cache
-    def make_explainer() -> Callable[[tuple[int, int]], list[Sample]]:  # made when the first texel asks
+    def make_explainer() -> Callable[[Place], list[Sample]]:  # made when the first texel asks
         return explainer(
             image, positions, described_mapping(parameters), samples, radius, model, inverse, turns, depth_error
         )
 
-    def reason(texel: tuple[int, int]) -> str:
-        samples_of_texel = make_explainer()((texel[0] + guard, texel[1] + guard))
-        return str(samples_of_texel[0]) if samples_of_texel else "no surface is seen there"
+    def explain(texel: Place) -> list[Sample]:
+        return make_explainer()(texel)
 
-    return reason
+    return explain
 
 
 def _undecided_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, model: ErrorModel) -> Reason:
@@ -116,20 +150,32 @@ def _undecided_reason(k: int, mine: Arrays, case: Case, bounds: Bounds | None, m
 
 def _terms_reason(k: int, mine: Arrays, case: Case, model: ErrorModel) -> Reason:
     """Explain a texel by its term nearest to another outcome; '' for estimators that do not sum terms."""
+    guard = case.parameters["guard"]
+    explain = _term_explainer(k, mine, case, model)
+    if explain is None:
+        return lambda _: ""
+
+    def reason(texel: Place) -> str:
+        nearest = explain((texel[0] + guard, texel[1] + guard))
+        return f"; {nearest[0]}" if nearest else ""
+
+    return reason
+
+
+def _term_explainer(k: int, mine: Arrays, case: Case, model: ErrorModel) -> Callable[[Place], list[Term]] | None:
+    """A function that lists a texel's terms at radius k, of (column, row) with the guard band.
+
+    None without depth or positions, or under an exact model.
+    """
     parameters = case.parameters
     inputs = stage_inputs(mine, case)
     if model.exact or "depth" not in inputs or "positions" not in inputs:
-        return lambda _: ""
+        return None
     name = parameters["estimator"]
     radius = parameters["radii"][k]
-    guard = parameters["guard"]
 
     @cache
     def make_tracer() -> Callable[[int, int], FloatArray]:  # made when the first texel asks
         return term_tracer(described_problem(parameters, inputs, radius, model), radius, name)
 
-    def reason(texel: tuple[int, int]) -> str:
-        nearest = sorted_terms(make_tracer()(texel[1] + guard, texel[0] + guard), inputs["depth"].shape)
-        return f"; {nearest[0]}" if nearest else ""
-
-    return reason
+    return lambda texel: sorted_terms(make_tracer()(texel[1], texel[0]), inputs["depth"].shape)

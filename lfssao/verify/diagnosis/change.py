@@ -22,6 +22,7 @@ Function = Callable[[FloatArray], FloatArray]
 
 
 SUM_TOLERANCE = 2e-5  # largest difference of another renderer's sums in float32
+_COMPARE_OPTIONS = "--map", "--background", "--stored"  # advised options of ``compare``; others are of ``render``
 OUTSIDE = "samples outside the texture"  # begins the names of changes of the border
 # Border rules that replace a texel outside by one inside.
 INSIDE = {
@@ -164,7 +165,11 @@ class Change:
     shared: bool = False  # whether it changes the view, and so all stages and modules alike
     first: bool = False  # whether it must precede others, as it creates a new problem
     late: bool = False  # whether it is tried only if no other change explains the texture: such changes are many
-    hint: str = ""  # an option that makes the texture right
+    hint: str | Callable[..., str] = ""  # an option that makes the texture right, or a function of the values
+
+    def option(self, steps: Values) -> str:
+        """The option, with the values of steps, that makes the texture right; '' without one."""
+        return self.hint if isinstance(self.hint, str) else self.hint(*self.values(steps))
 
     def values(self, steps: Values) -> Values:
         """The values of steps."""
@@ -185,6 +190,16 @@ def fixed(kind: str, **fields: Any) -> Change:
     return plain(kind, lambda problem: problem.changed(**fields))
 
 
+def purpose(option: str) -> str:
+    """Return the words before an advised option: the command that takes it."""
+    return "compare again with" if option.startswith(_COMPARE_OPTIONS) else "render the reference with"
+
+
+def advice(option: str) -> str:
+    """Return the end of a sentence that advises an option; '' without one."""
+    return option and f"; {purpose(option)} {option}"
+
+
 def late(change: Change) -> Change:
     """The change, to be tried only if no other explains the texture."""
     return replace(change, late=True)
@@ -193,9 +208,11 @@ def late(change: Change) -> Change:
 FACTOR = Axis(1e-5, 2.3, factor=True, more=(log(2.0),))  # halves and doubles are common, and far from the others
 
 
-def scaled(kind: str, apply: Callable[[Any, float], Any], axis: Axis = FACTOR, words: str | None = None) -> Change:
+def scaled(
+    kind: str, apply: Callable[[Any, float], Any], axis: Axis = FACTOR, words: str | None = None, **more: Any
+) -> Change:
     """A change with one value, a factor by default."""
-    return Change(kind, lambda problem, v: apply(problem, v[0]), words or f"{kind} x {{}}", (axis,))
+    return Change(kind, lambda problem, v: apply(problem, v[0]), words or f"{kind} x {{}}", (axis,), **more)
 
 
 def shifts(apply: Callable[[Any, float, float], Any]) -> list[Change]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lfssao.verify.diagnosis.change import OUTSIDE, Candidate, Change, Places, Problem, percent
+from lfssao.verify.diagnosis.change import OUTSIDE, Candidate, Change, Places, Problem, advice, percent
 from lfssao.verify.diagnosis.estimated import TOLERANCE, Estimated
 from lfssao.verify.diagnosis.problems import Texture
 from lfssao.verify.diagnosis.search import DECIDED, NEAR, ROUGH, Sample, Search, Trial, pair
@@ -55,8 +55,8 @@ class Diagnosis:
     def words(self, module: str) -> str:
         """The diagnosis of a module's texture in sentences."""
         if not self.wrong:
-            hint = self.candidates[0].hint
-            return f"{self.candidates[0].words} in {module}, whose surface is right{hint and f': {hint}'}"
+            only = self.candidates[0]
+            return f"{only.words} in {module}, whose surface is right{advice(only.hint)}"
         prefix = f"{self.background}; " if self.background else ""
         if self.too_few:
             few = "texel is" if self.wrong == 1 else "texels are"
@@ -73,7 +73,7 @@ class Diagnosis:
         which = "".join(f", or {other.words}," for other in self.candidates[1 : self.equal])
         explanation = f"{best.words}{which} explains {percent(best.explained)} of {number} and decides {decided}"
         rest = f" (without {self.left_out} of which a sample leaves the texture)" if self.left_out else ""
-        return f"{prefix}{explanation}{rest}{best.hint and f': {best.hint}'}"
+        return f"{prefix}{explanation}{rest}{advice(best.hint)}"
 
 
 def _spread_evenly(places: Places, most: int) -> Places:
@@ -177,7 +177,7 @@ class WrongTexture(Texture):
             diagnosis = self._diagnose_surface(wrong_places, right_places, known, search)
         if diagnosis is None or self.background is None:
             return diagnosis
-        return replace(diagnosis, background=f"{self.background.words}: {self.background.hint}".removesuffix(": "))
+        return replace(diagnosis, background=f"{self.background.words}{advice(self.background.hint)}")
 
     def _diagnose_constant(self, wrong: Places, right: Places) -> Diagnosis | None:
         """The diagnosis of occlusion that has one value everywhere; None of any other.
@@ -309,7 +309,7 @@ class WrongTexture(Texture):
     def _candidate(self, trial: Trial) -> Candidate:
         """The candidate of a trial on the counted sample."""
         change = trial.change
-        hint = trial.change.hint.replace("{layer}=", "{own}=")
+        hint = change.option(trial.steps).replace("{layer}=", "{own}=")
         hint_text = hint.format(own=self.channel or self.name, layer=self.name)
         shares = 1.0 - trial.left, trial.decided, trial.explained
         return Candidate(

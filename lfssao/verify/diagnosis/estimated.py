@@ -46,6 +46,7 @@ from lfssao.verify.diagnosis.change import (
     plain,
     scaled,
 )
+from lfssao.verify.diagnosis.hints import parameter_option, rotation_option, scaled_parameter_option
 from lfssao.verify.diagnosis.look_ups import border_changes
 from lfssao.verify.diagnosis.post import half, texture_changes
 from lfssao.verify.diagnosis.sampling import (
@@ -220,18 +221,23 @@ class Estimated(Problem):
             for alternative in alternatives:
                 needs_normals = self.buffers.normals is None and self.estimator.reads_normals({name: alternative})
                 if alternative != value and not needs_normals:
-                    yield plain(_option_text(name, alternative, value), partial(_with_option, name, value=alternative))
+                    words = _option_text(name, alternative, value)
+                    change = partial(_with_option, name, value=alternative)
+                    yield plain(words, change, hint=parameter_option(name, alternative))
             if name == "reach":
                 for factor, reason in ((2.0, "without its 1/2"), (0.5, "with one 1/2 too many")):
                     words = f"radius in texels x {factor:.3f}, as of a projection scale {reason},"
-                    yield plain(words, partial(_with_option, name, value=value * factor))
+                    change = partial(_with_option, name, value=value * factor)
+                    yield plain(words, change, hint=parameter_option(name, value * factor))
             if isinstance(value, float) and value != 0.0:
                 words = f"{'radius in texels' if name == 'reach' else name} x {{}}"
-                yield scaled(name, partial(_scaled_option, name, limits[name]), _OPTION, words)
+                hint = partial(scaled_parameter_option, name, value, limits[name])
+                yield scaled(name, partial(_scaled_option, name, limits[name]), _OPTION, words, hint=hint)
             elif isinstance(value, float) and limits[name][1] < np.inf:
                 most = limits[name][1]
                 words = f"{name} {{}} in place of {value:g}"
-                yield scaled(name, partial(_with_option, name), Axis(1e-6 * most, most, signs=(1,), number=25), words)
+                axis = Axis(1e-6 * most, most, signs=(1,), number=25)
+                yield scaled(name, partial(_with_option, name), axis, words, hint=partial(parameter_option, name))
 
     def _neighbour_changes(self) -> Iterator[Change]:
         """Yield the removal of one neighbour or of all."""
@@ -273,14 +279,15 @@ class Estimated(Problem):
         shape = self.buffers.depth.shape
         if turns is not None:
             signs = np.array([1, -1, 1][: len(turns)], turns.dtype)[:, None, None]
-            yield with_buffers("samples are not turned", turns=unturned)
+            yield replace(with_buffers("samples are not turned", turns=unturned), hint="--rotate none")
             inverted = partial(changed_turns, change=lambda turns: turns * signs)
             yield with_buffers("samples turned the other way", turns=inverted)
             noise = other_noise(len(turns), self.estimator.vectors) if self.rotation == "none" else ()
             for words, change in (*noise, *stretched_tiles(turns)):
                 yield with_buffers(words, turns=partial(changed_turns, change=change))
         for words, make in other_turns(self.rotation, self.seed, shape[0], shape[1], self.places):
-            yield with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]
+            change = with_buffers(words, turns=lambda b, make=make: make())  # type: ignore[misc]
+            yield replace(change, hint=rotation_option(words))
         for words, number in turn_seeds(self.rotation, self.seed):
             turned = partial(Buffers.turned, rotation=self.rotation, seed=number)
             yield late(with_buffers(words, turns=lambda b, turned=turned: turned(b).turns))  # type: ignore[misc]

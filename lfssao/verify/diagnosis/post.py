@@ -1,7 +1,7 @@
 """Changes of the merge, the blur and the shading."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -126,6 +126,9 @@ class Blur(Problem):
         margin = self.interval_width / 4 + _ROUNDING * np.abs(blurred)
         return blurred - margin, blurred + margin
 
+    def _blur_option(self, factor: float) -> str:
+        return f"--blur {self.sigma * factor:.4g}"
+
     def _weights(self) -> tuple[FloatArray, NDArray[np.int64]]:
         """Weights and offsets of the taps along one axis."""
         radius = int(np.ceil(self.reach * self.sigma))
@@ -140,7 +143,7 @@ class Blur(Problem):
         outside = "texels outside the texture"
         cut = "kernel cut at {:g} sigma in place of 3"
         return [
-            fixed("not blurred", horizontal=False, vertical=False),
+            replace(fixed("not blurred", horizontal=False, vertical=False), hint="--blur 0"),
             fixed("blurred horizontally alone", vertical=False),
             fixed("blurred vertically alone", horizontal=False),
             fixed(f"{outside} zero", border="zero"),
@@ -152,7 +155,7 @@ class Blur(Problem):
             fixed("weights of half precision", rounded=(half, np.asarray)),
             fixed("blur of half precision", rounded=(half, half)),
             fixed("the first pass of the blur of half precision", rounded=(np.asarray, half)),
-            scaled("sigma", lambda p, f: p.changed(sigma=p.sigma * f), _SIGMAS),
+            scaled("sigma", lambda p, f: p.changed(sigma=p.sigma * f), _SIGMAS, hint=self._blur_option),
             *texture_changes(self),
         ]
 

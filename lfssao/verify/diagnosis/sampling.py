@@ -17,6 +17,7 @@ from lfssao.verify.bounds.bounds import FloatArray
 _MOST_PLACED = 2**25  # texels of all views
 SEEDS = 64  # number of seeds to try, of samples and of turns
 
+TURNED = "samples turned by '{}'"  # the words of a change to another rotation, with braces for its name
 Turns = Iterator[tuple[str, Callable[[], NDArray[np.floating[Any]]]]]
 
 
@@ -81,7 +82,7 @@ def other_turns(
 
     for name in ROTATIONS:
         if name not in ("none", rotation):
-            yield f"samples turned by '{name}'", partial(turns_of, name, height, width, seed)
+            yield TURNED.format(name), partial(turns_of, name, height, width, seed)
     if rotation == "none":
         return
     yield "turns of (row, column)", lambda: turns_of(rotation, width, height, seed).transpose(0, 2, 1)

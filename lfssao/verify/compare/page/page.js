@@ -12,6 +12,9 @@ const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 const digits = (v) => Object.is(v, -0) ? "-0" : String(Number(v.toPrecision(9))).replace("Infinity", "inf").replace("NaN", "nan");
 const range = (low, high) => low.map(digits).join(" ") + " to " + high.map(digits).join(" ");
 
+// The words of a cell, without the picture of a texel's samples below them.
+const text = (cell) => cell.firstChild?.textContent ?? "";
+
 async function picture(data) {
   const image = Object.assign(new Image(), { src: `data:image/png;base64,${data}` });
   await image.decode();
@@ -106,7 +109,7 @@ function read() {
   if (!texel) return { why: "point at a texel, or press N for the worst ones" };
   const [column, row] = texel, place = row * texture.width + column;
   const worst = find(`[data-texel="${column},${row}"]`, article);
-  const [, verdict, mine, reference, interval, why] = worst ? [...worst.cells].map((cell) => cell.textContent) : [];
+  const [, verdict, mine, reference, interval, why] = worst ? [...worst.cells].map(text) : [];
   const said = { texel: `${column}, ${row}`, verdict, mine, reference, interval, why };
   if (!texture.values) {
     return worst ? said : { ...said, why: "of this texture the page holds a preview, and values of its worst texels" };
@@ -127,7 +130,7 @@ function read() {
 
 // Why a texel is wrong that is none of the worst: what holds for all of the texture, as each has its own reason else.
 function expected() {
-  const reason = find("[data-texel] td:last-child", article).textContent;
+  const reason = text(find("[data-texel] td:last-child", article));
   return /^(expected|$)/.test(reason) ? reason : "each texel has its own reason: press N for those of the worst";
 }
 

@@ -5,18 +5,26 @@ from base64 import b64encode
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 from numpy.typing import NDArray
 
 from lfssao.files.pictures import image_png
 from lfssao.verify.bounds.bounds import Bounds
+from lfssao.verify.bounds.error_model import ErrorModel
+from lfssao.verify.case import Arrays, Case
 from lfssao.verify.compare.layers import Layer
 from lfssao.verify.compare.metrics import difference
+from lfssao.verify.compare.page.samples import draw_samples
 from lfssao.verify.compare.picture import colors_of, largest, scale_of, step_of
+from lfssao.verify.compare.reasons import texel_explainer
 from lfssao.verify.compare.result import Result, stored_as
-from lfssao.verify.verdict import Flags, Judgement, texels
+from lfssao.verify.judge import stage_inputs
+from lfssao.verify.verdict import WRONG, Flags, Judgement, texels
 
 # Bytes of a page: of full texels, and of everything, so that it opens in a moment and goes through mail.
 FULL, ALL = 10_000_000, 18_000_000
+# Most bytes of pictures of samples, and most pictures of one texture: the first wrong textures have them.
+SAMPLES, MOST_SAMPLES = 1_500_000, 3
 
 # Codes of a difference: 0 equal bits, then magnitudes inside and outside the interval, then NaN or infinity.
 _STEPS = 120
@@ -39,7 +47,8 @@ class Textures:
 
     def __init__(self, exact: bool) -> None:
         self._exact = exact
-        self._full = self._all = 0  # bytes
+        self._full = self._all = self._samples = 0  # bytes
+        self.samples: dict[tuple[str, str, int, int], Markup] = {}  # pictures, by module, layer, column and row
         self.kept: dict[tuple[str, str], dict[str, Any]] = {}
         self.small: list[tuple[str, str]] = []  # wrong, but there was no room for full texels
         self.left_out: list[tuple[str, str]] = []  # no room for a preview
@@ -61,6 +70,21 @@ class Textures:
             self.left_out.append(place)
         elif wrong:
             self.small.append(place)
+
+    def add_samples(self, result: Result, mine: Arrays, case: Case, model: ErrorModel) -> None:
+        """Keep pictures of the samples of the worst texels of a wrong occlusion texture, if there is room."""
+        if result.verdict not in WRONG:
+            return
+        depth = stage_inputs(mine, case).get("depth")
+        explain = texel_explainer(result.layer, mine, case, model)
+        if depth is None or explain is None:
+            return
+        for texel in result.blamed[:MOST_SAMPLES]:
+            if self._samples < SAMPLES:
+                place = texel.column, texel.row
+                made = draw_samples(place, depth, explain(place), int(case.parameters["guard"]))
+                self._samples += len(made)
+                self.samples[(result.module, result.layer, *place)] = made
 
     def _keep(self, place: tuple[str, str], made: dict[str, Any], room: int) -> bool:
         if _size(made) > room:

@@ -17,6 +17,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 from lfssao import __version__
+from lfssao.cli.completion import SHELLS, PrintCompletion
 from lfssao.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_COMPARED, compiling_shown, say
 from lfssao.errors import InputError, InputWarning, LfssaoError, nearest, no_such
 
@@ -71,11 +72,15 @@ class Parser(argparse.ArgumentParser):
         self.print_help(sys.stderr)
         return BAD_INPUT
 
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As of ``argparse.ArgumentParser``, the command's options added before; what is unknown is refused."""
+    def load(self) -> None:
+        """Add the command's options, once."""
         if self._file:
             import_module(f"lfssao.cli.{self._file}").add_to(self)
             self._file = ""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As of ``argparse.ArgumentParser``, the command's options added before; what is unknown is refused."""
+        self.load()
         self._check_names(list(args))
         options, rest = super().parse_known_args(args, namespace)
         if rest:  # refused here, where the command is known
@@ -85,7 +90,8 @@ class Parser(argparse.ArgumentParser):
     def _check_names(self, words: list[str]) -> None:
         """Refuse an unknown command or option, before argparse complains that others are missing."""
         if self._commands is not None:
-            if words and words[0] not in ("-h", "--help", "--version", *self._commands.choices):
+            options = "-h", "--help", "--version", "--print-completion"
+            if words and words[0].partition("=")[0] not in (*options, *self._commands.choices):
                 self._refuse_command(words[0])
             return
         lines = re.findall(r"^  (-.*?)(?:  |$)", super().format_help(), re.MULTILINE)
@@ -125,6 +131,12 @@ def command_line() -> Parser:
     """Return the parser of all commands."""
     parser = Parser(prog="lfssao", text="all", description="Screen-space ambient occlusion for light field displays.")
     parser.add_argument("--version", action="version", version=f"lfssao {__version__}")
+    parser.add_argument(
+        "--print-completion",
+        action=PrintCompletion,
+        choices=SHELLS,
+        help="print a script by which a shell completes commands and options (needs shtab)",
+    )
     commands = parser.add_subparsers(metavar="COMMAND")
     for name, line in COMMANDS.items():
         commands.add_parser(name, help=line, file=name)

@@ -43,6 +43,7 @@ FLOORS = {
 ROOMS = {
     "trimesh": "scene", "mapbox_earcut": "scene", "embreex": "gbuffer", "OpenImageIO": "files",
     "distributed": "rendering", "hypothesis": "verify", "jinja2": "verify", "ipywidgets": "viz", "tqdm": "cli",
+    "shtab": "cli",
 }  # fmt: skip
 OF_NUMBA = {"config", "get_num_threads", "set_num_threads"}
 COMPILER = {"core/jit.py": {"njit"}, "core/intrinsics.py": {"extending", "types"}, "core/numbers.py": {"types"},

@@ -33,7 +33,12 @@ def add_to(command: argparse.ArgumentParser) -> None:
     make.set_defaults(run=_make)
     make.add_argument("method", nargs="?", metavar="METHOD", help="latin, sobol, repulsion, ...")
     _add_set(make)
-    make.add_argument("--format", default="csv", metavar="NAME", help="csv, json, glsl or npy (default: csv)")
+    make.add_argument(
+        "--format",
+        default="csv",
+        metavar="NAME",
+        help="csv, json, glsl, npy, or glsl-function: computed in the shader (default: csv)",
+    )
     make.add_argument("-o", "--output", metavar="FILE", help="file to write to (default: standard output)")
 
     check = actions.add_parser("check", text="samples_check", help="check anybody's points against promises")
@@ -110,8 +115,8 @@ def _make(options: argparse.Namespace) -> None:
                 print(f"  {method.name}: {method.title} ({method.source}); {', '.join(method.promises)}")
         return
     check_choice("format", options.format, FORMATS)
-    if options.method == "sobol" and options.n & (options.n - 1):
-        say(f"warning: sets of 2^m points are balanced, {options.n} points of sobol are not")
+    if options.method in ("sobol", "owen-burley") and options.n & (options.n - 1):
+        say(f"warning: sets of 2^m points are balanced, {options.n} points of {options.method} are not")
     content = FORMATS[options.format](_sample_set(options))
     if options.output is not None:
         write_whole(Path(options.output), lambda path: path.write_bytes(content))

@@ -32,7 +32,7 @@ class Sampler(qmc.QMCEngine):  # type: ignore[misc]  # scipy has no types
         start = self.num_generated
         if start and not self._method.prefix:
             raise InputError(f"{name}: its longer sets do not begin with the shorter ones; call reset() first")
-        if name == "sobol" and not start and n & (n - 1):
-            warnings.warn(f"sobol: sets of 2^m points are balanced, {n} points are not", stacklevel=3)
+        if name in ("sobol", "owen-burley") and not start and n & (n - 1):
+            warnings.warn(f"{name}: sets of 2^m points are balanced, {n} points are not", stacklevel=3)
         cube = (square_points(name, start + n, self._seed)[start:] + 1) / 2
         return np.minimum(cube, np.nextafter(1, 0))

@@ -4,6 +4,7 @@ import json
 import re
 import tempfile
 from collections.abc import Callable
+from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -62,6 +63,21 @@ def to_glsl(made: SampleSet) -> bytes:
     return text.encode()
 
 
+def to_glsl_function(made: SampleSet) -> bytes:
+    """Return GLSL that computes a point from its number, without a table; InputError for all but 'owen-burley'.
+
+    ``sample_cell`` returns the words of the coordinates on (0, 1), in units of 2^-32, of up to three columns.
+    ``sample_point`` returns xi_1 and xi_2 of LF's square, exact in float32: the words' first 23 bits and a half.
+    """
+    if (made.method, made.domain) != ("owen-burley", "square"):
+        raise InputError(f"glsl-function is of owen-burley on the square, not of {made.method} on the {made.domain}")
+    from lfssao.samples.kernels import burley  # late: of this method alone
+
+    keys = ", ".join(f"0x{burley.key_of(np.uint64(made.seed), column):08x}u" for column in range(4))
+    text = (files(__package__) / "owen_burley.glsl").read_text("utf-8")
+    return text.replace("$KEYS", keys).replace("$SEED", str(made.seed)).encode()
+
+
 def _literal(number: float) -> str:
     """Return the shortest float32 literal that GLSL reads back to the same bits."""
     return str(np.format_float_scientific(np.float32(number), trim="0"))
@@ -74,7 +90,13 @@ def to_npy(made: SampleSet) -> bytes:
     return stream.getvalue()
 
 
-FORMATS: dict[str, Callable[[SampleSet], bytes]] = {"csv": to_csv, "json": to_json, "glsl": to_glsl, "npy": to_npy}
+FORMATS: dict[str, Callable[[SampleSet], bytes]] = {
+    "csv": to_csv,
+    "json": to_json,
+    "glsl": to_glsl,
+    "glsl-function": to_glsl_function,
+    "npy": to_npy,
+}
 
 
 def read_points(path: Path) -> tuple[FloatArray, FloatArray | None, str | None]:

@@ -17,11 +17,14 @@ from scipy.stats import qmc
 
 from lfssao.core.arguments import as_number, as_numbers
 from lfssao.errors import InputError, check_choice, shown
-from lfssao.samples import statistics
+from lfssao.samples import evenness, statistics
 from lfssao.samples.sets import DIMENSIONS, FloatArray
 from lfssao.samples.square import grid
 
 ALARM = 1e-6
+
+# Coordinates of ``statistics.unit_cube``.
+_COORDINATES = {"square": ("xi_1", "xi_2"), "disk": ("r^2", "phi"), "sphere": ("z", "phi"), "ball": ("z", "phi", "r^3")}
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,8 @@ class Promise:
 
     title: str  # one line for lists
     domains: tuple[str, ...]  # the domains it has a meaning on
-    check: Callable[[Points], list[Finding]]
+    check: Callable[[Any], list[Finding]]  # of the ``Points`` of one set, or of a list of all sets
+    of_all: bool = False  # whether it is of all sets of a sampler at once
 
 
 def check_promise(
@@ -130,13 +134,14 @@ def check_promise(
     Points are (n, d), in units of the radius of the domain, 'square', 'sphere', 'ball' or 'disk', weights (n,); or
     sequences of them, or an array (seeds, n, d). Many sets are pooled for 'uniform', whose p-values are those of
     independent points: more even sets alarm more rarely. 'unbiased' takes one point of each set, at random; other
-    findings are the worst set's.
+    findings are the worst set's, but for 'blue', 'progressive' and 'projections', which are of all sets together.
 
     r_min and r_max are the ball's shell, and the tolerance is the distance outside the domain that rounding may have
     put a point at; the default suits float32. Bounds are the coordinates at the domain's ends: (0, 1) for the points of
     ``scipy.stats.qmc``. The alarm, above 0 and below 1, is the probability that independent uniform points break
-    'uniform'. InputError if there is no such promise or domain, the promise means nothing on that domain, a number is
-    out of range, or the arrays do not fit.
+    'uniform', and that sets at the limits of 'blue' break it. Independent points keep 'projections' and 'progressive',
+    where these tell, with at most that probability. InputError if there is no such promise or domain, the promise means
+    nothing on that domain, a number is out of range, or the arrays do not fit.
 
     >>> print(check_promise("latin", [[-0.5, 0.5], [0.5, -0.5]], "square")[0])
     columns without exactly one point: 0, at most 0: holds
@@ -166,7 +171,8 @@ def check_promise(
         if weighs is not None and not np.isfinite(weighs).all():
             raise InputError("a weight is not finite")
         sets.append(Points(table, domain, weighs, r_min, r_max, tolerance, alarm))
-    found = Findings(PROMISES[name].check(sets[0]) if len(sets) == 1 else _of_many(name, sets))
+    one = len(sets) == 1 and not PROMISES[name].of_all
+    found = Findings(PROMISES[name].check(sets[0]) if one else _of_many(name, sets))
     if not found.holds and tuple(bounds) == (-1, 1) and all(((table >= 0) & (table <= 1)).all() for table in tables):
         found.hint = "all points lie in [0, 1], and the domain reaches from -1 to 1: bounds=(0, 1), if they fill that"
     return found
@@ -198,6 +204,10 @@ def as_table(points: Any, domain: str, bounds: tuple[float, float] = (-1.0, 1.0)
 
 def _of_many(name: str, sets: list[Points]) -> list[Finding]:
     check = PROMISES[name].check
+    if PROMISES[name].of_all:
+        if len({len(each.points) for each in sets}) > 1:
+            raise InputError(f"{name} is judged on all sets at once: they must have one number of points")
+        return check(sets)
     if name not in ("uniform", "unbiased"):
         found = [check(each) for each in sets]
         worst = max(range(len(sets)), key=lambda k: max(finding.value - finding.limit for finding in found[k]))
@@ -233,7 +243,7 @@ _poles_p = partial(statistics.share_p, fair=0.1)
 def _uniform(of: Points) -> list[Finding]:
     cube = statistics.unit_cube(of.points, of.domain, of.r_min, of.r_max)
     n, d = cube.shape
-    names = {"square": ("xi_1", "xi_2"), "disk": ("r^2", "phi")}.get(of.domain, ("z", "phi", "r^3"))
+    names = _COORDINATES[of.domain]
     round_body = of.domain in ("sphere", "ball")
     cells = min(2 * int((n / 10) ** (1 / d) / 2), 16 if d == 2 else 8)  # even: a half is made of whole ones
     alarm = of.alarm / (d + 3 * round_body + (cells > 0))
@@ -358,6 +368,15 @@ def _weights(of: Points) -> list[Finding]:
     ]
 
 
+def _of_all(judged: Callable[..., list[evenness.Row]], sets: list[Points]) -> list[Finding]:
+    cubes = [np.clip(statistics.unit_cube(of.points, of.domain, of.r_min, of.r_max), 0, 1) for of in sets]
+    names = _COORDINATES[sets[0].domain]
+    return [Finding(*row) for row in judged(cubes, names, sets[0].alarm)]
+
+
+_blue = partial(_of_all, evenness.blue)
+_progressive = partial(_of_all, evenness.progressive)
+_projections = partial(_of_all, evenness.projections)
 _ALL = tuple(DIMENSIONS)
 
 PROMISES = {
@@ -370,6 +389,9 @@ PROMISES = {
     "latin": Promise("one point in each of n rows and of n columns", ("square",), _latin),
     "net": Promise("one in each elementary interval of base 2, of the first 2^m points", ("square",), _net),
     "low-discrepancy": Promise("L2 star discrepancy at most 2.4 times Hammersley's", ("square",), _low_discrepancy),
+    "progressive": Promise("one of the first 4^k points in each cell of 2^k x 2^k", ("square",), _progressive, True),
+    "projections": Promise("each coordinate alone as even as one in each of n intervals", _ALL, _projections, True),
+    "blue": Promise("little power at low frequencies, and a ring of it about sqrt(n)", ("square",), _blue, True),
     "poisson": Promise("half a triangular lattice's distance, wrapping in xi_2, or more", ("square",), _poisson),
     "apart": Promise("distances of at least 0.7 n^(-1/d)", ("ball", "disk"), _apart),
     "equal-area": Promise("one in each of n bands; cap discrepancy at most 2.2 n^(-3/4)", ("sphere",), _equal_area),

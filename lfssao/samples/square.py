@@ -39,6 +39,12 @@ def _poisson(n: int, seed: int, columns: int) -> FloatArray:
     return fill(poisson.poisson, (n, columns), np.uint64(seed))
 
 
+def _burley(n: int, seed: int, columns: int) -> FloatArray:
+    from lfssao.samples.kernels import burley  # late: of this method alone
+
+    return fill(burley.burley_points, (n, columns), np.uint64(seed))
+
+
 def _on_sphere(points: Points, n: int, seed: int) -> FloatArray:
     from lfssao.samples.kernels import warp  # late: a render's samples are in the ball
 
@@ -85,13 +91,17 @@ METHODS = (
     *_methods("jittered",
               "one point in each cell of the grid of n cells that is nearest to a square (n strips for a prime n)",
               "LF section 6", _jittered, ("stratified",)),
-    *_methods("latin", "one point in each row and column", "LF section 6", _by(square.latin), ("latin",)),
+    *_methods("latin", "one point in each row and column", "LF section 6", _by(square.latin),
+              ("latin", "projections")),
     *_methods("poisson", "Poisson disk set of exactly n points; distances wrap in xi_2", "LF section 6, Bridson 2007",
-              _poisson, ("poisson",), unbiased=False),
+              _poisson, ("poisson", "blue"), unbiased=False),
     *_methods("halton", "Halton's sequence in bases 2, 3 and 5, digits scrambled", "Halton 1960, Owen 1995",
               _by(square.halton_points), ("low-discrepancy",), prefix=True),
     *_methods("sobol", "Sobol's sequence, Owen-scrambled", "Sobol 1967, Owen 1995",
-              _by(square.sobol_points), ("net", "low-discrepancy"), prefix=True),
+              _by(square.sobol_points), ("net", "progressive", "low-discrepancy"), prefix=True),
+    *_methods("owen-burley", "Sobol's sequence, shuffled and Owen-scrambled by a hash that shaders can do",
+              "Burley 2020, Laine and Karras 2011", _burley,
+              ("net", "progressive", "low-discrepancy"), prefix=True),
     *_methods("r2", "Roberts's sequence, R2 on surfaces and R3 in the ball, shifted", "Roberts 2018",
               _by(square.roberts), ("low-discrepancy",), prefix=True),
     *_methods("fibonacci", "Fibonacci lattice: on the sphere the Fibonacci sphere, on the disk Vogel's spiral; shifted",

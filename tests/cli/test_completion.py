@@ -18,7 +18,7 @@ def script_of(shell, capsys):
 
 
 def completed(script, *words):
-    """What bash offers for the last of some words."""
+    """The words that bash offers for the last of some."""
     ask = (
         f"COMP_WORDS=({' '.join(map(repr, words))}); COMP_CWORD={len(words) - 1}; _shtab_lfssao\n"
         'printf "%s\\n" "${COMPREPLY[@]}"'

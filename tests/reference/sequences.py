@@ -148,9 +148,40 @@ def rejection(n, seed, columns):
     return inside
 
 
+def finalized(x):
+    """MurmurHash3's last steps on 32 bits."""
+    for shift, factor in ((16, 0x85EBCA6B), (13, 0xC2B2AE35)):
+        x = (x ^ x >> shift) * factor % 2**32
+    return x ^ x >> 16
+
+
+def burley_key(seed, column):
+    high, low = divmod(seed, 2**32)
+    return finalized(((low ^ finalized(high)) + (column + 1) * 0x9E3779B9) % 2**32)
+
+
+def nested_flips(x, key):
+    """Laine and Karras's hash by Burley's constants, on the bits in reverse order."""
+    x = (int(f"{x:032b}"[::-1], 2) + key) % 2**32
+    for factor in (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6):
+        x ^= x * factor % 2**32
+    return int(f"{x:032b}"[::-1], 2)
+
+
+def owen_burley(n, seed, columns):
+    """Burley 2020, listing 4: indices are shuffled, then each coordinate is scrambled, by keys of their own."""
+    rows = []
+    for k in range(n):
+        index = nested_flips(k, burley_key(seed, 3))
+        words = [nested_flips(sobol_word(index, a), burley_key(seed, a)) for a in range(columns)]
+        rows.append([(word + 0.5) / 2**32 for word in words])
+    return stretched(rows)
+
+
 # The first n points by n, seed and columns; a third column is of methods that have a third dimension of their own.
 FILLS = {
     "fibonacci": fibonacci, "r2": r2, "halton": halton, "sobol": sobol, "poisson": poisson,
+    "owen-burley": owen_burley,
     **{name: lambda n, seed, columns, name=name: square(name, n, seed) for name in ("random", "jittered", "latin")},
 }  # fmt: skip
 

@@ -70,7 +70,8 @@ def _near_camera_problem() -> Problem:
 
 def _ties() -> Problem:
     """Every operation is exact here: samples land on borders of texels, and some are just as deep as the surface."""
-    width, height = 8, 6
+    width = 8
+    height = 6
     column, row = np.meshgrid(np.arange(width), np.arange(height))
     depth = (0.25 * ((column + 2 * row) % 4)).astype(np.float32)
     positions = np.stack([column, row, depth], axis=-1).astype(np.float32)
@@ -197,7 +198,8 @@ def _turned() -> Iterator[Recipe]:
         title = f"turns of a texture's samples: {ROTATIONS[name].title}"
         texture = {"rotation": name, "height": height, "width": width, "seed": str(_SEED)}
         yield Recipe(f"turns_{name}", "turns", title, _without_inputs, texture)
-    title, convex = "samples that turn from texel to texel", views.DISPLAYS["convex"]
+    title = "samples that turn from texel to texel"
+    convex = views.DISPLAYS["convex"]
     for name, build, *arguments in (
         ("algorithm1", _camera_problem, "perspective"),
         ("algorithm2", _module_problem, module_view(views.SMALL)),

@@ -153,7 +153,8 @@ def read_index(folder: Path) -> list[dict[str, Any]]:
     InputError if it is no kit, or one of a newer format.
     """
     path = folder / _INDEX
-    cases, keys = _read_json(path).get("cases"), _HEAD | {"folder": str, "sha256": str}
+    cases = _read_json(path).get("cases")
+    keys = _HEAD | {"folder": str, "sha256": str}
     if not isinstance(cases, list) or not all(_has(case, keys) for case in cases):
         raise InputError(f"{path}: its list of cases is malformed")
     return cases

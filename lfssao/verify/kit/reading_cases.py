@@ -25,7 +25,8 @@ _SAMPLES = make_samples("latin", 8, 1)
 
 def _far_points(inputs: Arrays, table: str, turned: bool) -> Arrays:
     """Positions so far away that one sample of each texel comes back to where they were."""
-    depth, samples = inputs["depth"], inputs[table]
+    depth = inputs["depth"]
+    samples = inputs[table]
     turns = texel_turns("hash", *depth.shape, 7, np.dtype(np.float32))
     cosine, sine = turns if turned else (np.ones_like(depth), np.zeros_like(depth))
     x, y, z = np.moveaxis(_FAR * samples[np.arange(depth.size).reshape(depth.shape) % len(samples)], -1, 0)
@@ -77,7 +78,8 @@ _WALL = Scene((0.0, 0.0, 0.0, inf), ())
 def _plain_problem(name: str, radius: float, changes: Changes, tables: Arrays | None, z: FloatTexture) -> Problem:
     """An estimator in a plain world: depths are 0 and positions (0, 0, z), in the texture's middle."""
     parameters, inputs = on_view(ESTIMATORS[name], _PLAIN.view(0, np.eye(3, 4)), _WALL, radius, changes, tables)
-    zero, towards = np.zeros(_SHAPE, np.float32), np.full((*_SHAPE, 3), (0, 0, -1), np.float32)
+    zero = np.zeros(_SHAPE, np.float32)
+    towards = np.full((*_SHAPE, 3), (0, 0, -1), np.float32)
     inputs = {**inputs, "depth": zero, "positions": np.stack([zero, zero, z], axis=-1), "normals": towards}
     return parameters, inputs
 
@@ -170,7 +172,8 @@ def _border_recipes() -> Iterator[Recipe]:
     yield Recipe("border_on_screen", "mapping", "a lens on the curved screen", _on_screen_problem)
     for display in ("crossed_slits", "convex"):
         yield Recipe(f"offsets_turned_{display}", "mapping", "offsets that turn", _turned_offsets, display)
-    about, name = "background that occludes, and a range check", "oriented-hemisphere"
+    about = "background that occludes, and a range check"
+    name = "oriented-hemisphere"
     for kind in ("point", "hemisphere"):
         yield _recipe(f"background_{kind}", kind, about, _background_problem, kind, True)
     for check in ("distance", "smoothstep"):

@@ -40,7 +40,8 @@ def textures(view: View, scene: Scene) -> tuple[FloatTexture, FloatTexture]:
         z = _first_hit(ray, scene)
         if z < inf:
             depth[row, column] = image_depth(view.rays, z)
-            x, y = ray[0] + z * ray[3], ray[1] + z * ray[4]
+            x = ray[0] + z * ray[3]
+            y = ray[1] + z * ray[4]
             positions[row, column] = [affine_row(world, k, x, y, z) for k in range(3)]
     return depth, positions
 
@@ -54,7 +55,8 @@ def _first_hit(ray: tuple[float, ...], scene: Scene) -> float:
     z = ((a + b * ox) + c * oy) / (1.0 - (b * dx + c * dy))
     hits = [z] if abs(ox + z * dx) <= half else []
     for (x, y, w), radius in scene.balls:
-        px, py = ox - x, oy - y
+        px = ox - x
+        py = oy - y
         square = (dx * dx + dy * dy) + 1.0
         middle = (px * dx + py * dy) - w
         discriminant = middle * middle - square * (((px * px + py * py) + w * w) - radius * radius)

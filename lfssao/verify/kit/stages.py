@@ -44,7 +44,9 @@ def _philox(parameters: Parameters, inputs: Arrays) -> Outputs:
 
 
 def _samples(parameters: Parameters, inputs: Arrays) -> Outputs:
-    method, n, seed = parameters["method"], parameters["n"], int(parameters["seed"])
+    method = parameters["method"]
+    n = parameters["n"]
+    seed = int(parameters["seed"])
     return {
         "samples": make_samples(method, n, seed, parameters["r_min"], parameters["r_max"]),
         "square": square_points(method, n, seed),
@@ -71,12 +73,14 @@ def _offsets(parameters: Parameters, inputs: Arrays) -> Outputs:
 def _map_points(parameters: Parameters, inputs: Arrays) -> Outputs:
     to_image = described_mapping(parameters)
     projection = to_image.as_type(np.float32)
-    image, statuses = np.zeros(inputs["points"].shape, np.float32), np.zeros(len(inputs["points"]), np.int32)
+    image = np.zeros(inputs["points"].shape, np.float32)
+    statuses = np.zeros(len(inputs["points"]), np.int32)
     # A kernel returns a Python float, and the next one would compute in float64: rows are made of whole columns here.
     rows = range(4 if to_image.kind == mapping.MATRIX else 3)
     sums = [mapping.affine_row(projection.numbers, row, *inputs["points"].T) for row in rows]
     if "offsets" in inputs:
-        turns, every = inputs.get("turns"), slice(None)
+        turns = inputs.get("turns")
+        every = slice(None)
         table = ssao_kernels.transform_offsets(inputs["offsets"], projection, turns)
         parts = [ssao_kernels.offset_row(table, every, row, turns, turns, every) for row in rows]
         sums = [a + b for a, b in zip(sums, parts, strict=True)]
@@ -110,7 +114,8 @@ def _algorithm2(parameters: Parameters, inputs: Arrays) -> Outputs:
 
 
 def _blur(parameters: Parameters, inputs: Arrays) -> Outputs:
-    weights, half = post.blur_weights(parameters["sigma"]), np.empty_like(inputs["source"])
+    weights = post.blur_weights(parameters["sigma"])
+    half = np.empty_like(inputs["source"])
     post_kernels.blur_horizontal(inputs["source"], weights, half)
     blurred = post.blur(inputs["source"], parameters["sigma"])
     gaussian = post.gaussian_kernel(parameters["sigma"])

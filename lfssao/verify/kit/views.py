@@ -30,7 +30,11 @@ class Recipe:
     """A case's name, stage and title, and ``build(*arguments)``, which makes its parameters and inputs."""
 
     def __init__(self, name: str, stage: str, title: str, build: Callable[..., Problem], *arguments: Any) -> None:
-        self.name, self.stage, self.title, self.build, self.arguments = name, stage, title, build, arguments
+        self.name = name
+        self.stage = stage
+        self.title = title
+        self.build = build
+        self.arguments = arguments
 
 
 def make_display(module: Module = MODULE, **options: Any) -> Display:
@@ -68,7 +72,8 @@ def view_numbers(view: View) -> dict[str, Any]:
     kind = _RAY_KINDS[view.rays.kind]
     numbers = [number if isfinite(number) else None for number in view.rays.numbers.tolist()]
     if view.rays.kind == MATRIX and numbers[6] == 1.0:
-        kind, numbers[6] = ORTHOGRAPHIC, 0.0
+        kind = ORTHOGRAPHIC
+        numbers[6] = 0.0
     return {
         "name": view.name,
         "width": view.width,

@@ -22,15 +22,20 @@ from lfssao.verify.judge import stage_inputs
 from lfssao.verify.verdict import WRONG, Flags, Judgement, texels
 
 # Bytes of a page: of full texels, and of everything, so that it opens in a moment and goes through mail.
-FULL, ALL = 10_000_000, 18_000_000
+FULL = 10_000_000
+ALL = 18_000_000
 # Most bytes of pictures of samples, and most pictures of one texture: the first wrong textures have them.
-SAMPLES, MOST_SAMPLES = 1_500_000, 3
+SAMPLES = 1_500_000
+MOST_SAMPLES = 3
 
 # Codes of a difference: 0 equal bits, then magnitudes inside and outside the interval, then NaN or infinity.
 _STEPS = 120
 _NOT_FINITE = 1 + 2 * _STEPS
 _BARS = 24  # of a histogram
-_EQUAL, _INSIDE, _OUTSIDE, _MISMATCH = "#22262b", ("#2b4c7e", "#a6d0ff"), ("#b3261e", "#ffe08a"), "#ff00ff"
+_EQUAL = "#22262b"
+_INSIDE = ("#2b4c7e", "#a6d0ff")
+_OUTSIDE = ("#b3261e", "#ffe08a")
+_MISMATCH = "#ff00ff"
 RAMPS = {
     "equal bits": [0],
     "differs, inside": list(range(1, 1 + _STEPS)),
@@ -56,7 +61,8 @@ class Textures:
     def add(self, result: Result, mine: Layer, reference: Layer, judged: Judgement) -> None:
         """Keep a texture that was judged: full if it is wrong and there is room, else a preview, else nothing."""
         place = result.module, result.layer
-        differing, outside = texels(judged.differing), texels(judged.outside)
+        differing = texels(judged.differing)
+        outside = texels(judged.outside)
         codes = _codes(difference(mine.planes, reference.planes), differing, outside)
         wrong = bool(outside.any() or (self._exact and differing.any()))
         room = ALL - self._all
@@ -110,7 +116,8 @@ def _pictures(mine: Layer, reference: Layer, difference: Codes, step: int) -> di
     """PNG files of both sides and of the difference; no mine where it looks as the reference does."""
     right, own = (colors_of(layer, reference, step) for layer in (reference, mine))
     codes, low, high = difference
-    (height, width), overview = codes.shape, step_of(codes.shape)
+    height, width = codes.shape
+    overview = step_of(codes.shape)
     return {
         "width": width,
         "height": height,

@@ -92,7 +92,7 @@ class Problem:
         first, second = (self.value(end) for end in ends)
         return np.minimum(first, second), np.maximum(first, second)
 
-    def seen_by(self, sight: Any) -> "Problem | None":
+    def with_sight(self, sight: Any) -> "Problem | None":
         """The problem of a renderer with another sight; None if it does not depend on the sight."""
         return None
 

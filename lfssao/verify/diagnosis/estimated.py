@@ -171,7 +171,7 @@ class Estimated(Problem):
         )
         return np.asarray(~is_inside)
 
-    def seen_by(self, sight: Sight) -> "Estimated | None":
+    def with_sight(self, sight: Sight) -> "Estimated | None":
         """Occlusion with another sight."""
         if sight.pinhole:
             return None

@@ -153,10 +153,10 @@ class Formulated(Estimated):
         padded = self.padded_textures.get(id(texture))
         return with_extra_texels(texture, texture.size // self.buffers.depth.size) if padded is None else padded
 
-    def seen_by(self, sight: Sight) -> Estimated | None:
+    def with_sight(self, sight: Sight) -> Estimated | None:
         """Occlusion with another sight."""
         if not sight.pinhole or "image_z" not in self._words:
-            return super().seen_by(sight)
+            return super().with_sight(sight)
         view = replace(sight.view, world_to_image=sight.mapping)
         depth = sight.to_image_z(self.buffers.depth).astype(self.buffers.depth.dtype)
         return self.changed(sight=sight, buffers=replace(self.buffers, view=view, depth=depth))

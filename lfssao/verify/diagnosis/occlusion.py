@@ -46,10 +46,10 @@ class Counted(Formulated):
     def _bounds(self) -> None:
         """No bounds: values differ by whole samples, and few samples are undecided."""
 
-    def seen_by(self, sight: Sight) -> Estimated | None:
+    def with_sight(self, sight: Sight) -> Estimated | None:
         """Occlusion with another sight."""
         if not self.unprojected:
-            return super().seen_by(sight)
+            return super().with_sight(sight)
         depth = self.buffers.depth[self.rows, self.columns].astype(np.float64)
         surface_points = sight.points(self.columns, self.rows, depth)
         return self.changed(sight=sight, buffers=with_view(self.buffers, sight.view), surface_points=surface_points)

@@ -136,7 +136,7 @@ class Depth(Image):
         """Distance of the interval's upper end from the reference's depth; the median without a surface."""
         return _filled_margin(self._interpolated_interval(self.columns, self.rows)[1] - self._reference_depths)
 
-    def seen_by(self, sight: Sight) -> "Depth":
+    def with_sight(self, sight: Sight) -> "Depth":
         """Depth with another sight."""
         return self.changed(other_sight=sight)
 
@@ -238,7 +238,7 @@ class Positions(Problem):
         positions = self.mine + (np.stack([u, v, depth], axis=-1) - points)
         return positions - margin, positions + margin
 
-    def seen_by(self, sight: Sight) -> "Positions":
+    def with_sight(self, sight: Sight) -> "Positions":
         """Positions with another sight."""
         return self.changed(sight=sight)
 

@@ -158,7 +158,7 @@ def commands():
 
 
 def printed(*words):
-    """What a command of lfssao prints, at a fixed width; help ends its process."""
+    """Return the output of an lfssao command at a fixed width; help ends its process."""
     os.environ["COLUMNS"] = COLUMNS
     with redirect_stdout(StringIO()) as text, suppress(SystemExit):
         main(words)

@@ -1,34 +1,22 @@
 """``lfssao --print-completion``: a script by which a shell completes commands, options and names of files."""
 
 import argparse
-from collections.abc import Sequence
 from typing import Any
 
 from lfssao.errors import MissingPackageError
 
-SHELLS = ("bash", "zsh", "tcsh", "fish")
 # Names of values that are files or folders, and the name by which shtab completes each.
 _KINDS = {"FILE": "FILE", "IMAGE": "FILE", "DIR": "DIRECTORY", "MINE": "FILE", "REFERENCE": "FILE"}
 
 
-class PrintCompletion(argparse.Action):
-    """The option that prints the script of a shell and ends the program; MissingPackageError without shtab."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: str | Sequence[Any] | None,
-        option_string: str | None = None,
-    ) -> None:
-        """As for ``argparse.Action``: print the script for the shell that is the option's value."""
-        try:
-            import shtab  # late: no other command needs it
-        except ImportError as error:
-            raise MissingPackageError("--print-completion needs shtab: pip install 'lfssao[completion]'") from error
-        _add_commands(parser, {name: getattr(shtab, kind) for name, kind in _KINDS.items()})
-        print(shtab.complete(parser, shell=str(values)))
-        parser.exit()
+def completion_script(parser: argparse.ArgumentParser, shell: str) -> str:
+    """Return the script of a shell; MissingPackageError without shtab."""
+    try:
+        import shtab  # late: no other command needs it
+    except ImportError as error:
+        raise MissingPackageError("--print-completion needs shtab: pip install 'lfssao[completion]'") from error
+    _add_commands(parser, {name: getattr(shtab, kind) for name, kind in _KINDS.items()})
+    return str(shtab.complete(parser, shell=shell))
 
 
 def _add_commands(parser: Any, kinds: dict[str, Any]) -> None:

@@ -17,10 +17,10 @@ from types import FrameType
 from typing import Any, NoReturn
 
 from lfssao import __version__
-from lfssao.cli.completion import SHELLS, PrintCompletion
 from lfssao.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_COMPARED, compiling_shown, say
 from lfssao.errors import InputError, InputWarning, LfssaoError, nearest, no_such
 
+SHELLS = ("bash", "zsh", "tcsh", "fish")  # that shtab writes scripts for
 # A command is a file of this folder.
 COMMANDS = {
     "render": "textures of every module of a display, or of a camera",
@@ -127,13 +127,24 @@ class Parser(argparse.ArgumentParser):
         raise InputError(f"{sentence} (see {self.prog} --help)")
 
 
+class _PrintCompletion(argparse.Action):
+    """The option that prints the script of a shell and ends the program."""
+
+    def __call__(self, parser: argparse.ArgumentParser, _options: Any, shell: Any, _option: str | None = None) -> None:
+        """As for ``argparse.Action``."""
+        from lfssao.cli.completion import completion_script  # late: no other command needs it
+
+        print(completion_script(parser, shell))
+        parser.exit()
+
+
 def command_line() -> Parser:
     """Return the parser of all commands."""
     parser = Parser(prog="lfssao", text="all", description="Screen-space ambient occlusion for light field displays.")
     parser.add_argument("--version", action="version", version=f"lfssao {__version__}")
     parser.add_argument(
         "--print-completion",
-        action=PrintCompletion,
+        action=_PrintCompletion,
         choices=SHELLS,
         help="print a script by which a shell completes commands and options (needs shtab)",
     )

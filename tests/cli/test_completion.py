@@ -6,8 +6,7 @@ import sys
 import pytest
 from jobs import sentence
 
-from lfssao.cli.completion import SHELLS
-from lfssao.cli.main import COMMANDS, main
+from lfssao.cli.main import COMMANDS, SHELLS, main
 
 
 def script_of(shell, capsys):

@@ -51,8 +51,9 @@ COMPILER = {"core/jit.py": {"njit"}, "core/intrinsics.py": {"extending", "types"
             "core/corners.py": {"types"}}  # fmt: skip
 # Files of numba's types, and the modules of it that they name.
 TYPES = {
-    "core/jit.py": {"numba.core", "numba.extending"}, "core/vectors.py": {"numba.extending"}, "core/places.py": {"numba.extending"},
-    "core/quotients.py": {"numba.extending"}, "core/corners.py": {"numba.extending"},
+    "core/jit.py": {"numba.core", "numba.extending"}, "core/vectors.py": {"numba.extending"},
+    "core/places.py": {"numba.extending"}, "core/quotients.py": {"numba.extending"},
+    "core/corners.py": {"numba.extending"},
     "core/functions.py": {"numba.extending"}, "core/sectors.py": {"numba.extending"},
     "core/ball_type.py": {"numba.core", "numba.extending"}, "core/balls.py": {"numba.extending"},
     "core/doubts.py": {"numba.extending"},
@@ -288,7 +289,6 @@ def test_the_top_folder_holds_what_it_may():
     allowed = {
         "pyproject.toml",
         "lfssao",
-        "docs",
         "tests",
         "benchmarks",
         "notebooks",

@@ -6,14 +6,14 @@ table. Burley's seeds must be hashes: here each column's key is the finalizer of
 
 import numpy as np
 
-from lfssao.core.jit import kernel
+from lfssao.core.jit import formula, kernel
 from lfssao.samples.kernels.square import sobol_word, stretch
 
 _WORD, _GOLDEN = np.uint64(0xFFFFFFFF), np.uint64(0x9E3779B9)
 _SHUFFLE = 3  # the key of the indices; those of the columns are 0, 1 and 2
 
 
-@kernel(inline=True)
+@formula
 def times(x, factor):
     """The low 32 bits of a product."""
     return (x * np.uint64(factor)) & _WORD

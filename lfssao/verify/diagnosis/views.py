@@ -172,8 +172,8 @@ def _quilt_of_view(view: View, quilt: Quilt, index: int) -> tuple[Quilt, int, Ma
 def view_changes(sight: Sight, centre: FloatArray | None, others: Mapping[str, Sight]) -> list[Change]:
     """Changes of a sight: numbers of its display or camera, and those of ``others``, by name.
 
-    A scene is scaled about ``centre``, (3,) metres, the centre of the region of interest. ``Problem.with_sight`` returns
-    the changed problem; a display that cannot exist gives none.
+    A scene is scaled about ``centre``, (3,) metres, the centre of the region of interest. ``Problem.with_sight``
+    returns the changed problem; a display that cannot exist gives none.
     """
     changes = [_sight_change(f"the mapping of {name}", lambda _, other=other: other) for name, other in others.items()]
     if sight.display is not None:

@@ -41,7 +41,7 @@ def test_its_commands_and_its_python_run_as_they_stand(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("lfssao.bench.stability.cases.CASES", [case for case in CASES if case.name == "ordinary"])
     names, _ = run_page(re.sub("<!-- test -->.*<!-- end -->", "", README, flags=re.DOTALL))
-    (cause,) = re.findall(r"`(radius x [^`]*) explains`", README)
+    (cause,) = re.findall(r"`(radius x [0-9.]+)\s+explains`", README)
     assert " ".join(cause.split()) in Path("report.html").read_text()
     made = {"out/contact.png", "right.png", "mine.toml", "latin.csv"}
     assert [name for name in made if not (tmp_path / name).exists()] == []

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from lfssao.errors import InputError
 from lfssao.testing import assert_conforms
@@ -78,6 +79,7 @@ def test_zeros_of_both_signs_differ_under_strict():
 USER_TESTS = """
 import numpy as np
 import pytest
+from PIL import Image
 from lfssao.testing import assert_conforms
 
 @pytest.mark.lfssao_stages("merge")
@@ -102,6 +104,30 @@ def test_the_fixture_runs_a_test_for_each_case_of_its_stages(kit, tmp_path):
     done = run_pytest(tmp_path, "--lfssao-kit", str(kit))
     assert "9 failed, 2 passed" in done.stdout, done.stdout + done.stderr
     assert "case blur_row, output blurred: 9 of 9 numbers are outside the bounds" in done.stdout
+
+
+def test_a_failure_has_a_picture_and_the_end_a_summary_by_stage(few, tmp_path):
+    (tmp_path / "test_mine.py").write_text(
+        "import pytest\nfrom lfssao.testing import assert_conforms\n"
+        "@pytest.mark.lfssao_stages('blur', 'algorithm2')\n"
+        "def test_mine(lfssao_case):\n"
+        "    (name, right), *_ = lfssao_case.outputs.items()\n"
+        "    own = right.copy()\n"
+        "    own[2:5, 3:6] += lfssao_case.stage == 'blur'\n"
+        "    assert_conforms(own, lfssao_case)\n"
+    )
+    done = run_pytest(tmp_path, "--lfssao-kit", str(few), "--basetemp", str(tmp_path / "made"))
+    assert re.search(r"algorithm2: 1 of 1\nblur: 0 of 1\n", done.stdout), done.stdout + done.stderr
+    (path,) = (tmp_path / "made").rglob("blur_usual.png")
+    assert str(path) in done.stdout
+    with Image.open(path) as picture:
+        own, right, outside = np.split(np.asarray(picture.convert("RGB")), [360, 728], axis=1)[0:3]
+    shape = make_case("blur_usual").outputs["blurred"].shape
+    scale = 360 / max(shape)
+    row, column = round(3.5 * scale), round(4.5 * scale)
+    assert outside[row, 8 + column].tolist() == [255, 255, 255]
+    assert outside[-2, -2].tolist() == [0, 0, 0]
+    assert own[row, column, 0] > right[row, 8 + column, 0]
 
 
 def mine(folder, *arguments):

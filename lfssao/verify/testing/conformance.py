@@ -4,7 +4,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lfssao.core.pictures import row_png
 from lfssao.verify.case import Array, Case
 from lfssao.verify.judge import judge
 from lfssao.verify.kit.folder import read_case
@@ -45,7 +47,47 @@ def assert_conforms(mine: Array | Mapping[str, Array], case: Case | str | Path, 
         case = make_case(case)
     wrong = list(_faults(mine, case, strict))
     if wrong:
-        raise AssertionError("\n".join(wrong))
+        error = NonconformityError("\n".join(wrong))
+        error.pictures = picture_of(mine, case, strict)
+        raise error
+
+
+class NonconformityError(AssertionError):
+    """Numbers that do not conform to a case; ``pictures`` is a PNG file for the plugin of pytest, None without one."""
+
+    pictures: bytes | None = None
+
+
+def picture_of(mine: Array | Mapping[str, Array], case: Case, strict: bool) -> bytes | None:
+    """A PNG file of the first wrong output: mine, the one expected, and in white the texels outside.
+
+    None where no wrong output is a texture of the expected size.
+    """
+    main = next(iter(case.outputs))
+    given = {name: np.asarray(array) for name, array in (mine if isinstance(mine, Mapping) else {main: mine}).items()}
+    if main not in given or given.keys() - case.outputs.keys():
+        return None
+    for name, judged in judge(given, case).items():
+        bounds = None if strict else judged.bounds
+        wrong = judged.differing if bounds is None else judged.outside
+        right, own = case.outputs[name], given.get(name)
+        if own is None or own.shape != right.shape or wrong.shape != right.shape or right.dtype.kind != "f":
+            continue
+        if right.ndim in (2, 3) and min(right.shape[:2]) > 1 and wrong.any():
+            first = own.reshape(*own.shape[:2], -1)[..., 0], right.reshape(*right.shape[:2], -1)[..., 0]
+            finite = first[1][np.isfinite(first[1])]
+            low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+            codes = [_grey(plane, low, high) for plane in first]
+            outside = np.asarray(wrong.reshape(*wrong.shape[:2], -1).any(axis=-1))
+            return row_png([*codes, _grey(outside, 0.0, 1.0)])
+    return None
+
+
+def _grey(plane: Array, low: float, high: float) -> NDArray[np.uint8]:
+    """Codes (H, W, 3), 0 at the low end and 255 at the high one, for infinity, and for NaN."""
+    with np.errstate(all="ignore"):
+        scaled = np.nan_to_num((plane.astype(np.float64) - low) / ((high - low) or 1.0), nan=1.0, posinf=1.0, neginf=0)
+    return np.repeat(np.rint(np.clip(scaled, 0, 1) * 255).astype(np.uint8)[..., None], 3, axis=-1)
 
 
 def _faults(mine: Array | Mapping[str, Array], case: Case, strict: bool) -> Iterator[str]:

@@ -3,7 +3,7 @@
 Every run of pytest where lfssao is installed loads this file, so it imports nothing that takes time.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -98,3 +98,35 @@ def _kind(name: str, folder: Path | None) -> str | None:
 def lfssao_case(request: Any) -> "Case":
     """A case of the conformance kit (lfssao.verify.case.Case); hand it to lfssao.testing.assert_conforms."""
     return _kit(request.config.getoption("--lfssao-kit"))[1](request.param)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: Any) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Note the stage of a test's case for the summary, and write the picture of numbers that do not conform."""
+    report = yield
+    name = getattr(getattr(item, "callspec", None), "params", {}).get("lfssao_case")
+    if name is not None and call.when == "call":
+        report.user_properties.append(("lfssao_stage", _kit(item.config.getoption("--lfssao-kit"))[0][name]))
+        pictures = getattr(call.excinfo and call.excinfo.value, "pictures", None)
+        factory = getattr(item.config, "_tmp_path_factory", None)
+        if pictures is not None and factory is not None:
+            path = factory.mktemp("lfssao") / f"{name}.png"
+            path.write_bytes(pictures)
+            report.sections.append(("lfssao: mine, expected, outside", str(path)))
+    return report
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Print how many cases of each stage conform."""
+    counts: dict[str, list[int]] = {}
+    for outcome in ("passed", "failed"):
+        for report in terminalreporter.stats.get(outcome, []):
+            stage = dict(getattr(report, "user_properties", ())).get("lfssao_stage")
+            if stage is not None:
+                numbers = counts.setdefault(str(stage), [0, 0])
+                numbers[0] += outcome == "passed"
+                numbers[1] += 1
+    if counts:
+        terminalreporter.section("lfssao: cases that conform, by stage")
+        for stage, (right, all_of_it) in counts.items():
+            terminalreporter.line(f"{stage}: {right} of {all_of_it}")

@@ -48,12 +48,15 @@ def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, widt
 
 
 def side_by_side(pictures: Mapping[str, Codes]) -> Image.Image:
-    """Return pictures of one size, 8-bit sRGB, in a row under their titles."""
+    """Return pictures of one size, 8-bit sRGB, in a row under their titles, which can be read at half the size."""
     height, width = next(iter(pictures.values())).shape[:2]
-    row = Image.new("RGB", (len(pictures) * (width + _MARGIN) - _MARGIN, height + _CAPTION), "white")
+    letters = max(10, width // 32)
+    caption = letters + _MARGIN
+    row = Image.new("RGB", (len(pictures) * (width + _MARGIN) - _MARGIN, height + caption), "white")
     for column, (title, picture) in enumerate(pictures.items()):
-        ImageDraw.Draw(row).text((column * (width + _MARGIN), 6), title, fill="black")
-        row.paste(Image.fromarray(picture), (column * (width + _MARGIN), _CAPTION))
+        left = column * (width + _MARGIN)
+        ImageDraw.Draw(row).text((left, _MARGIN // 3), title, fill="black", font_size=letters)
+        row.paste(Image.fromarray(picture), (left, caption))
     return row
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.core.pictures import row_png
+from lfssao.files.pictures import row_png
 from lfssao.verify.case import Array, Case
 from lfssao.verify.judge import judge
 from lfssao.verify.kit.folder import read_case

@@ -1,7 +1,7 @@
 """Sliders for the arguments of a function that draws a picture, and for the main settings of AO on a display."""
 
 from base64 import b64encode
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from inspect import signature
 from typing import Any
@@ -25,11 +25,12 @@ from lfssao.viz.display import draw_display
 from lfssao.viz.samples import draw_samples
 
 
-def sliders(draw: Callable[..., Any], **values: Sequence[Any]) -> Any:
+def sliders(draw: Callable[..., Any], units: Mapping[str, str] | None = None, **values: Sequence[Any]) -> Any:
     """Return a slider for each argument of draw, a menu where its values are words, above the picture of its result.
 
     ``draw`` returns a figure, or what a notebook shows as a picture; its defaults are shown first, and are among the
-    values. An InputError is shown as its sentence. A page without a kernel, as a repository's, shows the first picture.
+    values. ``units`` has the units that sliders show after their values, by arguments. An InputError is shown as its
+    sentence. A page without a kernel, as a repository's, shows the first picture.
     MissingPackageError if ipywidgets is not installed.
     """
     try:
@@ -39,7 +40,8 @@ def sliders(draw: Callable[..., Any], **values: Sequence[Any]) -> Any:
     controls = {}
     first = signature(draw).parameters
     for name, choices in values.items():
-        given = {"options": [(_text(each), each) for each in choices], "value": first[name].default}
+        unit = f" {(units or {}).get(name, '')}".rstrip()
+        given = {"options": [(f"{_text(each)}{unit}", each) for each in choices], "value": first[name].default}
         is_menu = isinstance(choices[0], str)
         kind = widgets.Dropdown if is_menu else partial(widgets.SelectionSlider, continuous_update=False)
         controls[name] = kind(**given, description=name)
@@ -102,5 +104,7 @@ def explore(mesh: Mesh | str, display: Display | str) -> Any:
         return render_view(caster, views[module], settings)
 
     radii = (0.5, 0.7, 1, 1.4, 2, 2.8, 3.5, 5, 7, 10, 14, 20)
-    return sliders(draw, module=range(len(views)), radius=radii, samples=range(1, 65), sampler=list(METHODS["ball"]),
-                   rotation=list(ROTATIONS), seed=range(21), blur=np.arange(0, 4.5, 0.5).tolist())  # fmt: skip
+    units = {"radius": "% of the diagonal", "blur": "texels"}
+    return sliders(draw, units, module=range(len(views)), radius=radii, samples=range(1, 65),
+                   sampler=list(METHODS["ball"]), rotation=list(ROTATIONS), seed=range(21),
+                   blur=np.arange(0, 4.5, 0.5).tolist())  # fmt: skip

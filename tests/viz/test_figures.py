@@ -115,6 +115,8 @@ def test_sliders_show_what_their_values_say(statue):
     box = sliders.explore(statue, DISPLAY)
     columns, sentence, picture = box.children
     by_name = {control.description: control for column in columns.children for control in column.children}
+    labels = [by_name[name].label for name in ("radius", "blur", "samples")]
+    assert labels == ["5 % of the diagonal", "1 texels", "8"]
     before = picture.value
     by_name["module"].value, by_name["samples"].value, by_name["radius"].value = 3, 5, 10
     by_name["sampler"].value, by_name["seed"].value, by_name["blur"].value = "jittered", 2, 0.0

@@ -29,6 +29,14 @@ def test_changes_that_tie_are_told_together():
     assert "depth - 0.001, or ROI offset in z + 0.001 m, explains 90.00 %" in tied[0].diagnosis.words("M")
 
 
+def test_three_changes_that_tie_are_told_in_a_row():
+    tied = result("module_000", "ao_1", BIAS, OFFSET, SHIFT, equal=3)
+    row = "depth - 0.001, or ROI offset in z + 0.001 m, or u shifted by 0.500 texels, explains"
+    assert tied.diagnosis.words("M").startswith(row)
+    (cause,) = causes_of([tied])
+    assert cause.words.startswith(row)
+
+
 @pytest.mark.parametrize(("second", "words"), [
     (result("module_001", "ao_1", BIAS), "depth - 0.001 explains ao_1 of 2 modules"),  # does not know the other
     (result("module_001", "ao_1", replace(OFFSET, values=(2e-3,)), BIAS, equal=2), "depth - 0.001 explains"),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import isclose
 
 from lfssao.verify.compare.result import Result
-from lfssao.verify.diagnosis.change import Candidate, advice, percent
+from lfssao.verify.diagnosis.change import Candidate, advice, one_of, percent
 
 _EQUAL = 1e-3  # relative difference of values that are one
 
@@ -69,7 +69,7 @@ def _cause(best: Candidate, results: Sequence[Result]) -> Cause:
     if best.kind == "background":
         words = f"{best.words} in {layer_names} of {module_names}"
     else:
-        changes = best.words + "".join(f", or {other.words}," for other in others)
+        changes = one_of([best, *others])
         words = f"{changes} explains {layer_names} of {module_names} ({percent(explained)} of {wrong} wrong texels)"
     places = tuple(r.place for r in results)
     equal = tuple(other.kind for other in others)

@@ -3,7 +3,7 @@
 A problem holds some texels of the renderer's texture, and their interval according to the reference or a change of it.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import exp, floor, log, log10
 from typing import Any, ClassVar, Self
@@ -254,6 +254,11 @@ class Candidate:
     explained: float  # share of the wrong texels that it decides, and that are inside
     shared: bool = False  # whether it is a number of the display or camera, one for all stages and modules
     hint: str = ""  # an option that makes the texture right
+
+
+def one_of(candidates: Sequence[Candidate]) -> str:
+    """Return the subject of a sentence on changes, any of which it may be: 'a', 'a, or b,', 'a, or b, or c,'."""
+    return ", or ".join(candidate.words for candidate in candidates) + "," * (len(candidates) > 1)
 
 
 def percent(share: float) -> str:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lfssao.verify.diagnosis.change import OUTSIDE, Candidate, Change, Places, Problem, advice, percent
+from lfssao.verify.diagnosis.change import OUTSIDE, Candidate, Change, Places, Problem, advice, one_of, percent
 from lfssao.verify.diagnosis.estimated import TOLERANCE, Estimated
 from lfssao.verify.diagnosis.problems import Texture
 from lfssao.verify.diagnosis.search import DECIDED, NEAR, ROUGH, Sample, Search, Trial, pair
@@ -70,8 +70,8 @@ class Diagnosis:
             nearest = f"the nearest, {best.words}, explains {percent(best.explained)}"
             return f"{prefix}no change that was tried explains {number}; {nearest}"
         decided = "all" if best.decided == 1 else percent(best.decided)
-        which = "".join(f", or {other.words}," for other in self.candidates[1 : self.equal])
-        explanation = f"{best.words}{which} explains {percent(best.explained)} of {number} and decides {decided}"
+        changes = one_of(self.candidates[: max(self.equal, 1)])
+        explanation = f"{changes} explains {percent(best.explained)} of {number} and decides {decided}"
         rest = f" (without {self.left_out} of which a sample leaves the texture)" if self.left_out else ""
         return f"{prefix}{explanation}{rest}{advice(best.hint)}"
 

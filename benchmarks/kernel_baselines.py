@@ -132,6 +132,6 @@ BASELINES = (
              lambda a: [*_size(a[0]), *a[:4], *a[5:7]], (6,)),
     Baseline(KERNELS + "multiresolution.refine", "multiresolution, upsample", "refine",
              lambda a: [*_size(a[0]), *a], (7, 8)),
-    Baseline(ESTIMATORS + "sao.estimator.z_pyramid.next_level", "z hierarchy", "next_level",
+    Baseline(ESTIMATORS + "sao.hierarchy.z_pyramid.next_level", "z hierarchy", "next_level",
              lambda a: [*_size(a[0]), a[0], int(a[1]), a[2], a[3]], (3,)),
 )  # fmt: skip

@@ -200,7 +200,7 @@ CURVED = along_rays(find_display("picoarray"), 0, 0.5)
 CURVED = replace(CURVED, texels=CURVED.texels[:5])
 WRONG = {
     "optics.kernels.projection.project_crossed_slits": (
-        SimpleNamespace(py_func=loses_digits), lambda: measure.measure(near(2.5, 18, 0), "float32"),
+        loses_digits, lambda: measure.measure(near(2.5, 18, 0), "float32"),
     ),
     "optics.kernels.projection.land": (a_billionth_off, lambda: measure.measure(CURVED, "float64")),
     "ao.ssao.algorithm2": (

@@ -407,7 +407,7 @@ def test_results_do_not_depend_on_threads_or_cpu(generic_cpu, tmp_path):
     generic = json.loads(python(batch.__file__, **generic_cpu, NUMBA_CACHE_DIR=str(tmp_path)).stdout)
     assert generic.pop("golden") == json.loads(GOLDEN.read_text())
     code = generic.pop("code")
-    assert len(code) > 300
+    assert len(code) > 150
     assert {name: faults for name, faults in code.items() if faults} == {}
     for group, (one_generic, two_generic) in generic.items():
         one = batch.digests(group, 1)

@@ -249,7 +249,7 @@ def test_no_right_renderer_is_outside_whatever_it_stores(name, kind, visibility)
 
 @pytest.mark.parametrize("kind", ["half", "unorm8"])
 def test_renderers_that_keep_numbers_are_outside_of_what_is_made_of_stored_ones_alone(monkeypatch, kind):
-    monkeypatch.setattr(TextureFormat, "either", lambda self, bounds, model, read=None: exact_bounds(read))
+    monkeypatch.setattr(TextureFormat, "before_or_after", lambda self, bounds, model, read=None: exact_bounds(read))
     assert {"blurred", "shaded"} <= set(judge_renderers("sample-a", kind, False, 0))
 
 

@@ -76,7 +76,7 @@ def level_occlusion(by, level, place, normal, options, radius):
                 term = kernels.obscured(place(tap) - place(here), normal(here), far, squared)
                 terms.append(by.where((tap >= 0)[None, :, None], term, 0.0))
     total = reduce(add, [terms[k] for k in by.rng.permutation(len(terms))])
-    return by.depth_error(total.x / len(terms), by.model.quotient)
+    return by.off(total.x / len(terms), by.model.quotient)
 
 
 def carried(by, level, coarse, place, normal, radius, values):
@@ -118,7 +118,7 @@ def renderers(seed, model, seen, radius, options):
                 values = Number(by, np.maximum(own.x, most.x)), own + mean
             else:
                 values = own, own
-        most, mean = values[0], by.depth_error(values[1].x / options["levels"], model.quotient)
+        most, mean = values[0], by.off(values[1].x / options["levels"], model.quotient)
         both = by.choose(1 - (1 - most) * (1 - mean), most + mean * (1 - most))
         chosen = {"maximum": most, "average": mean, "both": both}[options["combine"]]
     made[:, seen.depth < np.inf] = np.clip(chosen.x[..., 0], 0, 1)

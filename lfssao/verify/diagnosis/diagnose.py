@@ -172,9 +172,10 @@ class WrongTexture(Texture):
         right_places = np.flatnonzero(~wrong & has_surface)
         if len(wrong_places) == 0 and self.background is not None:
             return Diagnosis(True, (self.background,), 1, 1.0, len(right_places), 0)
-        diagnosis = self._diagnose_constant(wrong_places, right_places)
-        if diagnosis is None:
-            diagnosis = self._diagnose_surface(wrong_places, right_places, known, search)
+        constant = self._diagnose_constant(wrong_places, right_places)
+        diagnosis = self._diagnose_surface(wrong_places, right_places, known, search and constant is None)
+        if constant is not None and (diagnosis is None or not diagnosis.fits):
+            diagnosis = constant
         if diagnosis is None or self.background is None:
             return diagnosis
         return replace(diagnosis, background=f"{self.background.words}{advice(self.background.hint)}")

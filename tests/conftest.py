@@ -50,6 +50,18 @@ def statue():
 
 
 @pytest.fixture(scope="module")
+def context():
+    from glsl_renderer import open_context, without_opengl  # late: few tests need OpenGL
+
+    try:
+        made = open_context()
+    except Exception as error:  # moderngl raises whatever the driver's loader said
+        without_opengl(error)
+    yield made
+    made.release()
+
+
+@pytest.fixture(scope="module")
 def browser(tmp_path_factory):
     """A Chromium without a window; as with OpenGL a CI that skipped its tests would prove nothing."""
     from selenium import webdriver  # late: few tests need it

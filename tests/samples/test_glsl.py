@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from glsl_renderer import open_context, run_shader, without_opengl
+from glsl_renderer import run_shader
 from reference.sequences import owen_burley
 
 from lfssao.cli.main import main
@@ -21,16 +21,6 @@ void main() {
     points[k] = sample_point(first + k);
 }
 """
-
-
-@pytest.fixture(scope="module")
-def context():
-    try:
-        made = open_context()
-    except Exception as error:  # moderngl raises whatever the driver's loader said
-        without_opengl(error)
-    yield made
-    made.release()
 
 
 @pytest.mark.parametrize("seed", [0, 7, 2**32 + 5, 2**64 - 1])

@@ -13,18 +13,6 @@ from lfssao.verify.kit.cases import make_case
 from lfssao.verify.kit.folder import write_kit
 
 
-@pytest.fixture(scope="module")
-def context():
-    from glsl_renderer import open_context, without_opengl  # late: few tests need OpenGL
-
-    try:
-        made = open_context()
-    except Exception as error:  # moderngl raises whatever the driver's loader said
-        without_opengl(error)
-    yield made
-    made.release()
-
-
 @pytest.fixture(scope="session")
 def reference(tmp_path_factory):
     return rendered(tmp_path_factory.mktemp("compare") / "reference")

@@ -10,6 +10,7 @@ from lfssao.ao.estimators import estimator
 from lfssao.ao.estimators.estimator import Value, turns_of
 from lfssao.ao.estimators.look_ups import cleared_z, with_cleared
 from lfssao.ao.formulas import float_view, levels_of_z, words_of
+from lfssao.ao.kernels.look_up import Look
 from lfssao.ao.moments import filtered
 from lfssao.ao.textures import Buffers
 from lfssao.verify.bounds.bounds import FloatArray
@@ -67,7 +68,7 @@ def ball_view(
     numbers = to_double(floats)
     extra = floats.depth.size - seen.depth.size
     background = np.full(extra, np.inf) if floats.surfaces is None else floats.surfaces[seen.depth.size :]
-    shared = "kind", "rows", "lens", "axes", "width", "divides", "look", "third"
+    shared = "kind", "rows", "lens", "axes", "width", "divides", "third"
     return BallView(
         **{name: getattr(numbers, name) for name in shared},
         depth=floats.depth,
@@ -79,6 +80,7 @@ def ball_view(
         high=np.append(seen.high, background),
         by=model.errors,
         turned=buffers.turns is not None,
+        look=floats.look or Look(),
         rays=None if floats.rays is None else to_double(floats.rays),
         remade=floats.rays is not None and buffers.view.screen_to_world is not None,
     )

@@ -7,7 +7,7 @@ import numpy as np
 from lfssao.ao.estimators.sao.kernels.reconstruct import face_normal
 from lfssao.ao.kernels.float_view import all_show, is_other, row_of_texel
 from lfssao.ao.kernels.levels import level_texel, mip_level
-from lfssao.ao.kernels.look_up import corners_in
+from lfssao.ao.kernels.look_up import Look, corners_in
 from lfssao.ao.kernels.texel_rays import bare_rays, on_ray, point_at
 from lfssao.core.balls import SAFETY, UNKNOWN, Ball, ball_between
 from lfssao.core.corners import blended, blended_vector, by_corners
@@ -68,10 +68,8 @@ def _with_room(view, z):
 
 
 @formula
-def _place_error(look, view, texel):
+def _place_error(view, texel):
     """By how much a coordinate of a texel's position is off: a cleared place is exact in a renderer's own axes."""
-    if look is None:
-        return 0.0
     t = np.uint64(3) * np.uint64(texel)
     x, y, z = view.positions[t], view.positions[t + np.uint64(1)], view.positions[t + np.uint64(2)]
     size = (abs(np.float64(x)) + abs(np.float64(y))) + abs(np.float64(z))
@@ -80,7 +78,7 @@ def _place_error(look, view, texel):
 
 @formula
 def _place(texel, view):
-    return _vector(view, view.positions, texel, _place_error(view.look, view, texel))
+    return _vector(view, view.positions, texel, _place_error(view, texel))
 
 
 @formula
@@ -176,7 +174,7 @@ class BallView(NamedTuple):
     levels: Any = None  # ``BallLevels``
     remade: bool = False  # whether a renderer makes points of depth, by the rays
     faces: bool = False  # whether it makes normals of points
-    look: Any = None  # as of ``FloatView``
+    look: Look = Look()  # as of ``FloatView``; one that reads no other texels where that has none
     third: Any = None  # likewise
 
     def ball(self, value, error):

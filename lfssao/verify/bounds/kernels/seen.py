@@ -119,12 +119,10 @@ def looked_up_box(look, seen, image):
     Rules but CLAMP are known no further than ``look_up`` follows them. The cells of a linear look begin at the centres
     of texels; one may lie beyond the border, where the look says nothing of it, if its image point does not.
     """
-    if look is None:
-        return box_of(seen, image)
     own, opened = box_of(seen, image), look.border == look_up.VALUE and look.outside == look_up.NOTHING
-    if opened and (look_up.linear_of(look) is None or own.texels == 0):
+    if opened and (look.linear is None or own.texels == 0):
         return own
-    half, (height, width) = where_none(look_up.linear_of(look), 0.0, 0.5), seen.depth.shape
+    half, (height, width) = where_none(look.linear, 0.0, 0.5), seen.depth.shape
     u_low, u_high = np.floor(image.u.value - image.u.error - half), np.floor(image.u.value + image.u.error - half)
     v_low, v_high = np.floor(image.v.value - image.v.error - half), np.floor(image.v.value + image.v.error - half)
     if not image.may:
@@ -145,8 +143,6 @@ def looked_up_box(look, seen, image):
 def looked_up_texel(look, box, k, size):
     """The number of texel k of a box, or of that which stands for it; size: height and width."""
     row, column = texel_of(box, k)
-    if look is None:
-        return row * size[1] + column
     return look_up.texel_in(look, column, row, size)
 
 

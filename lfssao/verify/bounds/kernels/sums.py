@@ -7,7 +7,6 @@ the box touches, or none; the sample's term lies between the least and the large
 import numpy as np
 
 from lfssao.ao.kernels.float_view import shown
-from lfssao.ao.kernels.look_up import linear_of
 from lfssao.core.balls import SAFETY, UNKNOWN
 from lfssao.core.doubts import doubt_of
 from lfssao.core.jit import formula, kernel
@@ -32,7 +31,7 @@ def looked_up(view, box, image, k, size):
     """Return what formulas are given of texel or cell k of a box."""
     row, column = texel_of(box, k)
     texel = looked_up_texel(view.look, box, k, size)
-    return unless_none(linear_of(view.look), texel, cell_seen, (view, image, column, row, size))
+    return unless_none(view.look.linear, texel, cell_seen, (view, image, column, row, size))
 
 
 @formula

@@ -14,7 +14,7 @@ from lfssao.ao.textures import Buffers
 from lfssao.bench.stability import conditions, occlusions
 from lfssao.bench.stability.inputs import UNCHANGED, display, general_view
 from lfssao.bench.stability.measure import Exact, Stiff
-from lfssao.bench.stability.occlusions import SAMPLED, made_by
+from lfssao.bench.stability.occlusions import LEVELS, SAMPLED, made_by
 from lfssao.bench.stability.table import DEGRADED, WITHIN, Case
 from lfssao.bench.stability.tracked import Arithmetic
 from lfssao.optics.camera import PROJECTIONS
@@ -25,7 +25,7 @@ from lfssao.verify.kit.views import described, view_numbers
 
 FORMULAS = tuple(name for name in ESTIMATORS if find_estimator(name).reads_texels)
 FILTERED = tuple(name for name in ESTIMATORS if find_estimator(name).filtered)
-EXACT = (*FORMULAS, *FILTERED, *SAMPLED)
+EXACT = (*FORMULAS, *FILTERED, *SAMPLED, LEVELS)
 PASSES = {"quad_edge": 0.0, "gauss": 0.0}  # behind SAO's sampling pass there are none
 # Parameters in tests of exact occlusion: words that the defaults do not name, taps that turn by the hash alone.
 OPTIONS = {"sao": PASSES, "sao-equation-1": {
@@ -81,7 +81,8 @@ def exact_occlusion(name, buffers, radius, step=7):
 @pytest.mark.parametrize("name", EXACT)
 def test_exact_occlusion_is_that_of_the_textbook(name, kind):
     """In float64 by an independent reader of the specification; samples turn from texel to texel."""
-    buffers, estimator = buffers_of(kind, np.float64, name not in HASHED), find_estimator(name)
+    estimator = find_estimator(name)
+    buffers = buffers_of(kind, np.float64, estimator.turns and name not in HASHED)
     radius = 5 * conditions.texel_size(buffers)
     points, weights = estimator.default_samples(SAMPLES)
     given = {"points": points, "weights": weights, "turns": buffers.turns, "directions": buffers.directions}

@@ -12,17 +12,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lfssao.ao.estimators.kernels.multiresolution import obscured
 from lfssao.ao.estimators.registry import ESTIMATORS, estimate, find_estimator, of_one_view
 from lfssao.ao.moments import moment_pyramid
 from lfssao.ao.post import blur
 from lfssao.ao.ssao import algorithm2
-from lfssao.bench.stability import conditions, measure, occlusions, scalar_cases
+from lfssao.bench.stability import conditions, levels, measure, occlusions, scalar_cases
 from lfssao.bench.stability.cases import CASES
 from lfssao.bench.stability.conditions import FEW
 from lfssao.bench.stability.exact import Formulas
 from lfssao.bench.stability.inputs import along_rays, near, scene
 from lfssao.bench.stability.measure import PATHS, Measured
-from lfssao.bench.stability.occlusions import OCCLUSIONS, SAMPLED, SAMPLING
+from lfssao.bench.stability.occlusions import LEVELS, OCCLUSIONS, SAMPLED, SAMPLING
 from lfssao.bench.stability.table import BROKEN, DEGRADED, NOT_EXACT, REFUSED, WITHIN, Case, NotExact, Refusal
 from lfssao.bench.stability.tracked import Arithmetic, Doubt, in_doubt
 from lfssao.cli.main import main
@@ -32,9 +33,10 @@ from lfssao.optics.kernels.projection import land
 
 FORMULAS = tuple(name for name in ESTIMATORS if find_estimator(name).reads_texels)
 FILTERED = tuple(name for name in ESTIMATORS if find_estimator(name).filtered)
-EXACT = (*FORMULAS, *FILTERED, *SAMPLED)
+EXACT = (*FORMULAS, *FILTERED, *SAMPLED, LEVELS)
+WHOLE = (*FORMULAS, *FILTERED, LEVELS)
 HAVE = {"epsilon": ("alchemy", "sao", "sao-equation-1"), "passes": ("sao", "sao-equation-1"),
-        **{name: SAMPLED if name.startswith(SAMPLING) else (*FORMULAS, *FILTERED) for name in OCCLUSIONS}}  # fmt: skip
+        **{name: SAMPLED if name.startswith(SAMPLING) else WHOLE for name in OCCLUSIONS}}  # fmt: skip
 LONG = ("near the lens", "near the observers", "blur", *OCCLUSIONS)
 MEASURED = [
     pytest.param(case, id=case.name, marks=pytest.mark.slow if case.name in LONG else ())
@@ -71,7 +73,7 @@ def test_what_cannot_be_served_is_refused(case):
 
 def test_estimators_without_exact_values_are_listed():
     lacks = [case for case in CASES if isinstance(case, NotExact)]
-    assert {"lf", *FORMULAS, *FILTERED, *(lack.path for lack in lacks)} == set(of_one_view())
+    assert {"lf", *WHOLE, *(lack.path for lack in lacks)} == set(of_one_view())
     assert [row.verdict for lack in lacks for row in lack.rows()] == [NOT_EXACT] * len(lacks)
 
 
@@ -233,6 +235,7 @@ def test_a_wrong_formula_of_an_estimator_breaks_a_row(monkeypatch, name):
     assert right.exceeded == right.undecided == 0
     assert right.bound < (1e-3 if name in FILTERED else 1e-5)  # theirs cancels
     monkeypatch.setattr(Formulas, "of", steeper)
+    monkeypatch.setattr(levels.formulas, "obscured", lambda *given: 1.001 * obscured(*given))
     assert occlusions.compare(name, textures, radius, "float32").exceeded > 0  # where there is occlusion
 
 

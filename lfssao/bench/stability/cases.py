@@ -135,11 +135,10 @@ def _cases() -> Iterator[Case]:
 
 
 def _not_exact() -> Iterator[NotExact]:
-    """Estimators that have no formulas of texels; decisions of ``lf`` are those of the cases of a mapping."""
-    for name, estimator in of_one_view().items():
-        if name != "lf" and estimator.formulas is None:
-            behind = "behind its sampling pass: the 2x2 average, the bytes and the bilateral passes are kernels"
-            yield NotExact("formulas", name, behind if name in SAMPLED else "not written as formulas of texels")
+    """Passes of ``sao`` that are no formulas; decisions of ``lf`` are those of the cases of a mapping."""
+    for name in SAMPLED:
+        behind = "behind its sampling pass: the 2x2 average, the bytes and the bilateral passes are kernels"
+        yield NotExact("formulas", name, behind)
 
 
 CASES: tuple[Case | NotExact | Refusal, ...] = (*_cases(), *_not_exact(), *REFUSALS)

@@ -1,4 +1,4 @@
-"""Occlusion of every estimator that is written as formulas, against its exact value by the same formulas.
+"""Occlusion of every estimator but ``lf``, against its exact value by the same formulas.
 
 SAO's sampling pass is formulas, and A behind it is compared; the passes after that are kernels.
 
@@ -22,6 +22,7 @@ from lfssao.ao.moments import moment_pyramid
 from lfssao.ao.textures import Buffers, Texture
 from lfssao.bench.stability.conditions import VIEWS, at_corners, seen, texel_size
 from lfssao.bench.stability.exact import Formulas
+from lfssao.bench.stability.levels import Levels
 from lfssao.bench.stability.measure import FINE, PATHS, Measured, error_of
 from lfssao.bench.stability.table import Inputs, Stated
 from lfssao.bench.stability.tracked import Arithmetic, Tracked
@@ -33,6 +34,7 @@ _TERMS = 24
 
 SAMPLING = "sampling pass"
 SAMPLED = "sao", "sao-equation-1"  # estimators whose sampling pass alone is formulas
+LEVELS = "multiresolution"  # its formulas are those of a level's texels
 
 _NEAR = "rounding may move a sample past a texel's edge or a surface"
 _BOX = "M2 - M1^2 cancels: the box is as wide as the root of what is left, over R"
@@ -68,7 +70,7 @@ def _measured(
     what: str, path: str, kind: str, make: Callable[[str], Buffers], texels: float, name: str
 ) -> Measured | None:
     """Measure an estimator's occlusion on an input; None if it is another that a row of this name is of."""
-    if not (name in SAMPLED if what == SAMPLING else find_estimator(name).formulas):
+    if not (name in SAMPLED if what == SAMPLING else name == LEVELS or find_estimator(name).formulas):
         return None
     textures = make(kind)
     return compare(name, textures, texels * texel_size(textures), path)
@@ -88,14 +90,13 @@ def compare(name: str, textures: Buffers, radius: float, path: str) -> Measured:
     made = made_by(name, turned, radius, min(estimator.count, _SAMPLES), estimator.options())
     ours = made.texture.ravel()
     there = np.flatnonzero(made.depth < np.inf)
-    count = max(1, _TERMS // (made.numbers.points.shape[0] * getattr(made.numbers, "steps", 1)))
-    texels = there[(np.arange(count) * 2 + 1) * len(there) // (2 * count)]
+    texels = there[(np.arange(made.measured) * 2 + 1) * len(there) // (2 * made.measured)]
     exact = [made.exact(int(texel)) for texel in texels]
     errors, ulps = zip(*(error_of(ours[t], x.value, dtype) for t, x in zip(texels, exact, strict=True)), strict=True)
     bounds = [x.error for x in exact]
     exceeded = sum(not error <= bound for error, bound in zip(errors, bounds, strict=True))
     flipped, undecided = (sum(not off <= FINE for off in offs) for offs in (errors, bounds))
-    return Measured(None, max(ulps), max(errors), max(bounds), exceeded, flipped, undecided, count)
+    return Measured(None, max(ulps), max(errors), max(bounds), exceeded, flipped, undecided, made.measured)
 
 
 class Made(NamedTuple):
@@ -103,7 +104,7 @@ class Made(NamedTuple):
 
     texture: Texture  # (H, W)
     depth: Texture  # (H * W,), +infinity where there is no surface
-    numbers: Any  # the formulas' own, ``Summed`` or ``Folded``
+    measured: int  # texels, spread over the texture
     exact: Callable[[int], Tracked]  # of a texel that shows a surface
 
 
@@ -114,6 +115,9 @@ def made_by(name: str, buffers: Buffers, radius: float, count: int, options: Any
     """
     estimator = find_estimator(name)
     work = Arithmetic.of(buffers.depth.dtype)
+    if name == LEVELS:
+        made = estimate(name, buffers, radius, None, None, "radii", **vars(options)).texture
+        return Made(made, buffers.depth.ravel(), 2, Levels(buffers, radius, options, work).occlusion)
     if name in SAMPLED:
         z = linear_z(buffers)
         view, numbers = sampling_pass(buffers, z, radius, options)
@@ -134,4 +138,5 @@ def made_by(name: str, buffers: Buffers, radius: float, count: int, options: Any
         found = formulas.occlusion(texel)
         return found if scale is None else work.given(0) + visibility_of(scale, found)
 
-    return Made(made, view.depth, numbers, exact)
+    terms = numbers.points.shape[0] * getattr(numbers, "steps", 1)
+    return Made(made, view.depth, max(1, _TERMS // terms), exact)

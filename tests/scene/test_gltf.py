@@ -48,6 +48,7 @@ def test_factors_are_linear_and_keep_their_numbers(tmp_path):
 def test_vertex_colours_end_at_0_and_1(tmp_path):
     mesh = load(Gltf(COLOR_0=([[-1, 0.5, 7]] * 4,)), tmp_path)
     assert mesh.paint.vertex_colors.tolist() == [[0, 0.5, 1]] * 4
+    assert mesh.notes == ("colours of its vertices reach from -1 to 7: they are clamped to 0 to 1",)
 
 
 def gl_texel(number, size, wrap):
@@ -315,6 +316,16 @@ def test_scenes(tmp_path):
         assert sorted({x for x in mesh.vertices[::4, 0].tolist()}) == left
         (note,) = mesh.notes
         assert note.startswith("it has 2 scenes" if scenes else "it has no scenes")
+
+
+def test_meshes_that_no_scene_shows(tmp_path):
+    made = Gltf()
+    words = "it has meshes, but none of triangles at a node that its scene shows"
+    made.header["scenes"] = [{}]
+    refused(made.save(tmp_path / "a.glb"), words)
+    for key in ("nodes", "scenes", "scene"):
+        made.header.pop(key)
+    refused(made.save(tmp_path / "a.glb"), words)
 
 
 def test_deep_nodes_are_quick_and_keep_their_bits(tmp_path):

@@ -174,6 +174,8 @@ def test_ext_mesh_gpu_instancing(tmp_path):
     mesh = load(made, tmp_path)
     assert mesh.vertices == pytest.approx(np.concatenate([*wanted, quad]) @ TURNED.T, abs=1e-12)
     assert mesh.paint is None
+    rows["_COLOR_0"] = made.accessor(places)
+    assert load(made, tmp_path).notes == ("_COLOR_0 of copies of its meshes (EXT_mesh_gpu_instancing) is left out",)
     rows["SCALE"] = made.accessor(scales[:1])
     refused(made.save(tmp_path / "a.glb"), "TRANSLATION, ROTATION and SCALE must have one count")
 

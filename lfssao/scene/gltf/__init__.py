@@ -41,4 +41,7 @@ def read_gltf(path: Path, data: bytes, assets: Assets) -> list[Part]:
     if file.root.extension("KHR_materials_variants") is not None:
         assets.note("its variants of materials are not read, only the default ones")
     nodes = Nodes(file)
-    return [part for number in nodes.shown() for part in parts_of(file, nodes, number)]
+    parts = [part for number in nodes.shown() for part in parts_of(file, nodes, number)]
+    if not parts and file.objects("meshes"):
+        raise file.root.fault("it has meshes, but none of triangles at a node that its scene shows")
+    return parts

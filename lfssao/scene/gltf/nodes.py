@@ -81,6 +81,8 @@ def instances(file: File, node: Item) -> list[Rows | None]:
     if attributes is None:
         raise extension.must("attributes", "a JSON object")
     kinds = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
+    for key in [each for each in attributes.values if each not in kinds]:
+        file.assets.note(f"{key:.40} of copies of its meshes (EXT_mesh_gpu_instancing) is left out")
     read = {key: read_numbers(file, attributes, key, (kind,)) for key, kind in kinds.items()}
     lengths = {len(values) for values in read.values() if values is not None}
     if len(lengths) != 1:

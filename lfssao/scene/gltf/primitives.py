@@ -78,6 +78,9 @@ def _part(file: File, primitive: Item, weights: list[float]) -> Part:
     read = _of_vertices(file, primitive, "COLOR_0", ("VEC3", "VEC4"), len(vertices), weights)
     alpha = None
     if read is not None:
+        if read.max() > 1.0 or read.min() < 0.0:
+            reach = f"from {read.min():g} to {read.max():g}"
+            file.assets.note(f"colours of its vertices reach {reach}: they are clamped to 0 to 1")
         colors = np.clip(read, 0.0, 1.0).astype(np.float32)
         part.vertex_colors = colors[:, :3]
         alpha = colors[:, 3] if colors.shape[1] == 4 else None

@@ -31,6 +31,8 @@ def read_obj(path: Path, data: bytes, assets: Assets) -> list[Part]:
     text = as_text(data)
     if "\\\n" in text:
         text = _CONTINUED.sub(lambda found: found[0].replace("\\\n", " ") + "\n" * found[0].count("\\\n"), text)
+    if "#MRGB " in text:
+        assets.note("colours of its vertices in comments (#MRGB, as of ZBrush) are left out")
     lines = Lines(assets)
     try:
         lines.read(text)

@@ -33,6 +33,9 @@ def read_off(path: Path, data: bytes, assets: Assets) -> list[Part]:
         kind = "an nOFF, whose vertices have any number of dimensions" if any_dimension else "a binary OFF"
         raise InputError(f"{path}: it is {kind}, which is not read")
     if not found and not re.match(r"\s*\d", text):
+        other = re.match(r"\s*([STCN4n]+OFF)\b", text)
+        if other:
+            raise InputError(f"{path}: its keyword is '{other[1]:.20}', but OFF's has ST, C, N, 4 and n in this order")
         raise InputError(f"{path}: it is no OFF file, which begins with the word 'OFF'")
     values = numbers(body.encode(), text.count("\n", 0, len(text) - len(body)) + 1)
     sizes = np.array([len(words) for line in body.split("\n") if (words := line.split())], np.int64)

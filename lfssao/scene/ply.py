@@ -1,5 +1,6 @@
 """Meshes from PLY files."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +20,7 @@ _COLORS = ("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_gr
 _OPACITIES = "alpha", "a", "diffuse_alpha"
 _COORDINATES = ("texture_u", "texture_v"), ("u", "v"), ("s", "t"), ("texture_s", "texture_t")
 _FULL = {"u2": 65535.0, "f4": None, "f8": None}  # the value of a colour that means 1, where it is not 255
+_LIKE_COLORS = re.compile(r"(^|_)(red|green|blue|gr[ae]y|colou?r|rgba?|f_dc)(_|\d|$)", re.IGNORECASE)
 
 
 def read_ply(path: Path, data: bytes, assets: Assets) -> list[Part]:
@@ -27,7 +29,8 @@ def read_ply(path: Path, data: bytes, assets: Assets) -> list[Part]:
     Text or binary of both byte orders; words of text are separated by any white space. Faces are polygons or strips of
     triangles. Colours of vertices or faces are sRGB: 1 is 65535 of ushort, 1 of float and 255 of others; floats that
     reach 2 to 255 are read as 0 to 255. Texture coordinates, v upwards, are those of vertices or of faces' corners.
-    Other elements are left out. InputError if the file is broken, ends too early or names a vertex that does not exist.
+    Other elements are left out. InputError if the file is broken, ends too early, names a vertex that does not exist or
+    has a colour of several types.
     """
     elements, images = read_elements(path, data, assets)
     vertex, face = (elements.get(name, Element(name, 0)) for name in ("vertex", "face"))
@@ -46,6 +49,8 @@ def read_ply(path: Path, data: bytes, assets: Assets) -> list[Part]:
     part.normals = vertex.several(("nx", "ny", "nz"))
     part.uv = vertex.several(*_COORDINATES)
     part.vertex_colors = _colors(path, vertex, assets)
+    if "w" in vertex.columns and (vertex.columns["w"] != 1).any():
+        assets.note("w of its vertices is left out")
     if "texcoord" in face.lists:
         _take_corner_coordinates(part, face.lists["texcoord"][0], polygons, triangles, assets)
     colors = _colors(path, face, assets)
@@ -54,6 +59,8 @@ def read_ply(path: Path, data: bytes, assets: Assets) -> list[Part]:
     elif colors is not None:
         strips = np.ones((len(polygons.counts) - declared, 3), np.float32)
         part.color_faces(np.concatenate([colors, strips])[owner])
+    if part.vertex_colors is None:
+        _note_unread_colors(elements, assets)
     chosen = np.zeros(len(polygons.counts), np.int64)
     if "texnumber" in face.columns:
         chosen[:declared] = whole(face.columns["texnumber"])
@@ -92,8 +99,10 @@ def _colors(path: Path, element: Element, assets: Assets) -> NDArray[np.float32]
     values = element.several(*_COLORS)
     if values is None:
         return None
-    name = next(names[0] for names in _COLORS if set(names) <= set(element.columns))
-    most = _FULL.get(element.types[name], 255.0)
+    names = next(names for names in _COLORS if set(names) <= set(element.columns))
+    most, *others = {_FULL.get(element.types[name], 255.0) for name in names}
+    if others:
+        raise InputError(f"{path}: element '{element.name}': {', '.join(names)} are not of one type")
     for opacity in _OPACITIES:
         if opacity in element.columns and (element.columns[opacity] < (most or 1.0)).any():
             assets.note(TRANSPARENT)
@@ -103,6 +112,14 @@ def _colors(path: Path, element: Element, assets: Assets) -> NDArray[np.float32]
         raise InputError(f"{path}: element '{element.name}': {error}") from None
     assets.note(note)
     return colors
+
+
+def _note_unread_colors(elements: dict[str, Element], assets: Assets) -> None:
+    """Note properties that are perhaps colours, where no colour is read."""
+    for element in elements.values():
+        for name in element.types:
+            if element.name != "edge" and _LIKE_COLORS.search(name):
+                assets.note(f"'{name:.40}' of its element '{element.name:.40}', which may be a colour, is left out")
 
 
 def _take_corner_coordinates(

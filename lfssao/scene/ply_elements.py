@@ -14,7 +14,7 @@ from lfssao.errors import InputError
 from lfssao.scene.assets import Assets
 from lfssao.scene.mesh import FloatArray
 from lfssao.scene.polygons import IntArray
-from lfssao.scene.text import MARKS, as_text, numbers
+from lfssao.scene.text import as_text, is_unicode, numbers
 
 _TYPES = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
@@ -56,7 +56,7 @@ class Element:
 
 def read_elements(path: Path, data: bytes, assets: Assets) -> tuple[dict[str, Element], list[str]]:
     """Return all elements of a PLY by name, and the images that its comments name; InputError if it is broken."""
-    if data.startswith(MARKS):
+    if is_unicode(data):
         data = as_text(data).encode()
     found = _HEADER.match(data)
     if not found:

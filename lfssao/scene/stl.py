@@ -10,14 +10,14 @@ from lfssao.errors import InputError
 from lfssao.scene.assets import Assets
 from lfssao.scene.mesh import FloatArray
 from lfssao.scene.part import TRANSPARENT, Part
-from lfssao.scene.text import MARKS, as_text, color_values, numbers
+from lfssao.scene.text import as_text, color_values, is_unicode, numbers
 
 _HEADER = 84  # bytes: 80 of any content, and the number of facets
 _FACET = np.dtype([("normal", "<f4", 3), ("vertices", "<f4", (3, 3)), ("attribute", "<u2")])
 _LARGEST = 31.0  # of 5 bits
 _MARK = 0x8000  # the bit above the colour
 _OPAQUE = 255
-_NAME = re.compile(r"\b(end[ \t]*)?solid\b((?!\bfacet\b)[^\n])*")
+_NAME = re.compile(r"\b(end[ \t]*)?solid\b((?!\bfacet\s+(normal|outer))[^\n])*")
 _FORM = ["facet", "normal", *"...", "outer", "loop", *["vertex", *"..."] * 3, "endloop", "endfacet"]
 _WORDS = [place for place, word in enumerate(_FORM) if word != "."]
 _COORDINATES = [place for place, word in enumerate(_FORM) if word == "."][3:]
@@ -33,7 +33,7 @@ def read_stl(path: Path, data: bytes, assets: Assets) -> list[Part]:
     size = len(data)
     count = int.from_bytes(data[80:_HEADER], "little")
     needed = _HEADER + _FACET.itemsize * count
-    if size != needed and (data.startswith(MARKS) or b"\0" not in data[:512]):
+    if size != needed and (is_unicode(data) or b"\0" not in data[:512]):
         return [_part(path, _vertices_of_text(path, as_text(data)), assets)]
     if size < max(needed, _HEADER):
         raise InputError(f"{path}: it declares {count} faces, which take {needed} bytes, but has {size}")

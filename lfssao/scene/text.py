@@ -10,22 +10,41 @@ from numpy.typing import NDArray
 
 from lfssao.files.srgb import decode
 
-_MARKS = {codecs.BOM_UTF8: "utf-8", codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
-MARKS = tuple(_MARKS)  # bytes with which a text may begin
+_MARKS = {  # bytes with which a text may begin; those of UTF-32 begin as one of UTF-16
+    **{codecs.BOM_UTF8: "utf-8", codecs.BOM_UTF32_LE: "utf-32-le", codecs.BOM_UTF32_BE: "utf-32-be"},
+    **{codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"},
+}
+_ZEROS = {(0, 1, 0, 1): "utf-16-le", (1, 0, 1, 0): "utf-16-be"}  # of two ASCII letters
 _NUMBER = re.compile(rb"[-+]?(\d+\.?\d*([eE][-+]?\d+)?|\.\d+([eE][-+]?\d+)?|nan|inf|infinity)", re.IGNORECASE)
 _FULL = 255.0  # the largest code of 8 bits
 _LEAST_CODE = 2.0  # colours up to a value below it are fractions that exceed 1
 
 
+def is_unicode(data: bytes) -> bool:
+    """Whether data begin with a byte order mark, or as UTF-16 does without one."""
+    return _encoding(data) is not None
+
+
+def _encoding(data: bytes) -> tuple[bytes, str] | None:
+    """Return the byte order mark and the encoding that data begin with; None if they may be any."""
+    for mark, encoding in _MARKS.items():
+        if data.startswith(mark):
+            return mark, encoding
+    for zeros, encoding in _ZEROS.items():
+        if zeros == tuple(byte == 0 for byte in data[:4]):
+            return b"", encoding
+    return None
+
+
 def as_text(data: bytes) -> str:
-    """Text with a line feed at each line's end; without a byte order mark it is UTF-8, or else taken for Latin-1.
+    """Text with a line feed at each line's end, in the encoding that it begins with, else UTF-8, else Latin-1.
 
     Zeros and the end-of-file character of DOS are left out at its end.
     """
-    for mark, encoding in _MARKS.items():
-        if data.startswith(mark):
-            text = data[len(mark) :].decode(encoding, "replace")
-            break
+    found = _encoding(data)
+    if found is not None:
+        mark, encoding = found
+        text = data[len(mark) :].decode(encoding, "replace")
     else:
         try:
             text = data.decode("utf-8")

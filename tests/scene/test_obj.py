@@ -27,7 +27,7 @@ def folder(tmp_path):
 
 @pytest.mark.parametrize("content", [
     PLAIN, PLAIN.replace("\n", "\r"), PLAIN.replace("\n", "\r\n"), "\ufeff" + PLAIN, PLAIN.encode("utf-16"),
-    PLAIN + "\x1a",
+    PLAIN + "\x1a", PLAIN.encode("utf-16-le"), PLAIN.encode("utf-16-be"), PLAIN.encode("utf-32"),
     b"\xfe\xff" + PLAIN.encode("utf-16-be"), PLAIN.replace(" ", "\t").replace("v", " \tv"), PLAIN.strip(),
     PLAIN.replace("\n", " # top\n"), PLAIN.replace("\n", "# top\n"), PLAIN.replace("2 3", "\\\n2 \\\n\\\n 3"),
     V + "# C:\\\nf 1 2 3 4", V + "f -4 -3 -2 -1\n", V + "f 1/ 2// 3/ 4\n", "g a\no b\ns off\n" + V + "f 1 2 -2 4\n",
@@ -201,6 +201,7 @@ def test_options_of_images(folder, line, scale, offset, note):
     (PLAIN + "cstype bezier\ncurv 0 1 1 2 3\nend\n", "lines, points and curves"),
     (PLAIN + "9 9 9\nwhat 1\n", "line 6 is left out: OBJ has no '9'"),
     (PLAIN + "f 1 2\n", "fewer than three corners"),
+    (V + "#MRGB ffff0000ffff0000ffff0000ffff0000\nf 1 2 3 4\n", "colours of its vertices in comments"),
     (V + "f 1/1 2/2 3/3 4/4\n", "texture coordinates that do not exist"),
     (V + "f 1//9 2//9 3//9 4//9\n", "normals that do not exist"),
     (V + "usemtl a\nf 1 2 3 4\n", "no file has its material 'a'"),

@@ -21,7 +21,7 @@ def four(values):
 
 @pytest.mark.parametrize("content", [
     PLAIN, PLAIN.replace("\n", " "), PLAIN.replace("\n", "\r"), PLAIN.replace("\n", "\r\n\r\n"), PLAIN.encode("utf-16"),
-    PLAIN + "\0\0",
+    PLAIN + "\0\0", PLAIN.encode("utf-16-le"), PLAIN.encode("utf-16-be"), PLAIN.encode("utf-32"),
     "\ufeff" + PLAIN, PLAIN.replace(" ", "\t"), PLAIN.removeprefix("OFF\n"), PLAIN.replace("OFF\n", "off "),
     PLAIN.replace("4 1 0\n", "# one\n\n4 1 # two\n"), PLAIN.replace("4 1 0", "4\n1\n0"), PLAIN.replace(" 0\n", " 0 "),
     PLAIN.replace("1 2 3\n", "1\n2 3 # quad"), f"4OFF\n4 1 0\n{rows(CORNERS * 4, four(4))}4 0 1 2 3\n",
@@ -101,6 +101,7 @@ def test_notes(tmp_path, content, note):
     ("nOFF\n3\n" + PLAIN[4:], "any number of dimensions"),
     (b"OFF BINARY\n" + bytes(80), "a binary OFF"),
     ("PLY\n" + PLAIN, "it is no OFF file"),
+    ("NC" + PLAIN, "its keyword is 'NCOFF', but OFF's has ST, C, N, 4 and n in this order"),
     ("OFF\n4\n", "does not say how many vertices"),
     (PLAIN.replace("4 1 0", "-4 1 0"), "ends too early"),
     (PLAIN.replace("3\n", ""), "ends too early, or holds more"),

@@ -108,6 +108,7 @@ TEXT = square().decode()
 
 @pytest.mark.parametrize("content", [
     TEXT.replace("\n", "\r"), TEXT.replace("\n", "\r\n"), "\ufeff" + TEXT, TEXT.encode("utf-16"),
+    TEXT.encode("utf-32"), TEXT.encode("utf-16-be"),
     TEXT.replace("0.0 \n", "0.0 \n\n \t\n"), TEXT.replace(" \n", " "),
     TEXT[: TEXT.index("-1")] + TEXT[TEXT.index("-1") :].replace(" ", "\n"),
     TEXT.replace("element v", "obj_info by hand\ncomment c\n\nelement v"), TEXT.replace(" 0 1 2 3", "\t0\n1 2\n3"),
@@ -132,6 +133,32 @@ def test_colours_of_vertices(tmp_path, kind, names, values, wanted, note):
         mesh = loaded(tmp_path, "a.ply", square(form, vertex_properties=named(kind, names), values=values))
         assert colors(mesh) == pytest.approx(np.broadcast_to(wanted, (2, 3, 3)), abs=1e-7)
         assert [note in each for each in mesh.notes] == ([True] if note else [])
+
+
+@pytest.mark.parametrize(("names", "note"), [
+    ("red", "'red' of its element 'vertex', which may be a colour, is left out"),
+    (("Red", "Green", "Blue"), "'Green' of its element 'vertex'"),
+    (("ambient_red", "ambient_green", "ambient_blue"), "'ambient_blue' of its element 'vertex'"),
+    (("f_dc_0", "confidence", "intensity"), "'f_dc_0' of its element 'vertex'"),
+    ("w", "w of its vertices is left out"),
+])  # fmt: skip
+def test_what_is_left_out_of_vertices_is_noted(tmp_path, names, note):
+    names = (names,) if isinstance(names, str) else names
+    content = square(vertex_properties=named("float", names), values=[0.5] * len(names))
+    mesh = loaded(tmp_path, "a.ply", content)
+    assert mesh.paint is None
+    assert any(each.startswith(note) for each in mesh.notes)
+    assert not any("intensity" in each for each in mesh.notes)
+
+
+def test_colours_of_materials_are_noted_where_no_others_are(tmp_path):
+    three = named("uchar", ("red", "green", "blue"))
+    for own, values, count in (([], [], 3), (three, [255, 0, 0], 0)):
+        table = [[*corner, *values] for corner in CORNERS.tolist()]
+        elements = ("vertex", [*XYZ, *own], table), ("face", INDICES, QUAD), ("material", three, [[9, 9, 9]])
+        mesh = loaded(tmp_path, "a.ply", ply("ascii", *elements, ("edge", [("int", "red")], [[1]])))
+        assert len(mesh.notes) == count
+        assert (mesh.paint is None) == (count > 0)
 
 
 def test_text_has_the_declared_precision(tmp_path):
@@ -200,6 +227,8 @@ def test_bytes_after_the_end_are_noted(tmp_path):
     (TEXT.replace("4 0 1 2 3", "4 0 2 1 3"), "face 0 is a polygon of 4 corners that crosses itself"),
     (TEXT.replace("4 0 1 2 3", "4 0 1 2 4"), "face 0 names vertex 4, but there are 4 vertices"),
     (square("binary_little_endian")[:-1], "ends too early"),
+    (square(vertex_properties=[("ushort", "red"), ("uchar", "green"), ("uchar", "blue")], values=[65535, 255, 0]),
+     "element 'vertex': red, green, blue are not of one type"),
     (square("binary_little_endian").replace(b"face 1", b"face 1000000000000000"), "declares 1000000000000000"),
     (ply("ascii", ("vertex", XYZ, CORNERS.tolist()), ("tristrips", [("int", "x")], [[1]])), "strips of triangles have"),
 ])  # fmt: skip

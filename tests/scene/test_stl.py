@@ -23,7 +23,8 @@ def binary(header=b"", attributes=(0, 0), count=2):
 
 @pytest.mark.parametrize("content", [
     TEXT, TEXT.upper(), TEXT.replace("\n", "\r"), TEXT.replace("\n", "\r\n"), "\ufeff" + TEXT, TEXT.encode("utf-16"),
-    TEXT.encode("utf-16-be").join([b"\xfe\xff", b""]), TEXT.replace("endsolid a\n", ""), "\n  " + TEXT, FACETS,
+    TEXT.encode("utf-16-be").join([b"\xfe\xff", b""]), TEXT.encode("utf-16-le"), TEXT.encode("utf-32"),
+    TEXT.replace("solid a", "solid facet 7"), TEXT.replace("endsolid a\n", ""), "\n  " + TEXT, FACETS,
     TEXT.replace("solid a", "Solid ß"), TEXT.replace("-1", "-1.0E+00").replace(" 1 ", " +.1e1 "),
     TEXT.replace(" 1 1 0\n", " 1, 1, 0\n"), TEXT.replace("endloop", "end loop").replace("endfacet", "end facet"),
     TEXT.replace("normal 0 0 1", ""), TEXT.replace("0 0 1\n", "nan -nan(ind) 1\n"), " ".join(f"solid {FACETS}".split()),

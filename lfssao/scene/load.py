@@ -60,6 +60,7 @@ def load_scene(path: str | Path, texture: str | Path | None = None) -> Mesh:
         if assets.given is not None:
             part.image = None if part.uv is None else assets.given
         part.check(str(path))
+    _mend_normals(parts, assets)
     return Mesh(**join(parts), name=str(path), notes=tuple(assets.notes()))
 
 
@@ -71,7 +72,14 @@ def convert_scene(scene: object) -> Mesh:
         raise InputError(f"mesh is of type {type(scene).__name__} of trimesh, it holds no triangles")
     for part in parts:
         part.check("trimesh")
+    _mend_normals(parts, assets)
     return Mesh(**join(parts), name="trimesh", notes=tuple(assets.notes()))
+
+
+def _mend_normals(parts: list[Part], assets: Assets) -> None:
+    count = sum(part.mend_normals() for part in parts)
+    if count:
+        assets.note(f"normals of {count} of its vertices are 0 or not finite: those of their faces take their place")
 
 
 def _read(path: Path, assets: Assets) -> list[Part]:

@@ -82,6 +82,27 @@ class Part:
         self.faces = np.arange(len(corners)).reshape(-1, 3)
         self.vertex_colors = np.repeat(colors, 3, axis=0)
 
+    def mend_normals(self) -> int:
+        """Give vertices of faces whose normals are 0 or not finite unit ones of their faces; return how many."""
+        if self.normals is None:
+            return 0
+        used = np.zeros(len(self.vertices), np.bool_)
+        used[self.faces] = True
+        bad = used & ~(np.isfinite(self.normals).all(axis=1) & self.normals.any(axis=1))
+        if bad.any():
+            faces = self.faces[bad[self.faces].any(axis=1)]
+            a, b, c = (self.vertices[faces[:, k]] for k in range(3))
+            sums = np.zeros_like(self.vertices)
+            with np.errstate(all="ignore"):  # vertices are checked afterwards
+                across = np.cross(b - a, c - a)
+                for k in range(3):
+                    np.add.at(sums, faces[:, k], across)
+                x, y, z = sums[bad].T
+                length = np.sqrt((x * x + y * y) + z * z)
+                self.normals = np.where(bad[:, None], 0.0, self.normals)
+                self.normals[bad] = sums[bad] / np.where(length > 0, length, 1.0)[:, None]
+        return int(bad.sum())
+
     def flatten(self) -> None:
         """Give each face three vertices of its own with its normal, (b - a) x (c - a)."""
         corners = self.faces.reshape(-1)

@@ -190,6 +190,18 @@ def test_normals_are_the_files_own_and_turned_with_the_scene(tmp_path, ending):
     assert load_scene(write(tmp_path / f"bare.{ending}", bare.export(file_type=ending))).normals is None
 
 
+@pytest.mark.parametrize("bad", ["0 0 0", "nan 0 0", "inf 0 1", "-nan -nan -nan"])
+def test_normals_that_are_none_are_those_of_the_faces(tmp_path, bad):
+    """Two walls of a right angle share an edge, at one end of which there is no normal."""
+    vertices = "v 0 0 0\nv 0 0 2\nv 2 0 0\nv 0 2 0\n"
+    text = f"{vertices}vn {bad}\nvn 0 0 5\nf 1//1 2//2 3//2\nf 1//1 4//2 2//2\n"
+    mesh = load_scene(write(tmp_path / "a.obj", text))
+    (first,) = np.flatnonzero((mesh.vertices == 0).all(axis=1))
+    assert mesh.normals[first] == pytest.approx(np.array([1, 1, 0]) / np.sqrt(2))
+    assert (np.delete(mesh.normals, first, axis=0) == [0, 0, 5]).all()
+    assert mesh.notes == ("normals of 1 of its vertices are 0 or not finite: those of their faces take their place",)
+
+
 @pytest.mark.parametrize("ending", [*ENDINGS, "OBJ", "GLB"])
 def test_all_formats_give_the_same_box(tmp_path, ending):
     box = trimesh.creation.box(extents=(1, 2, 3))

@@ -5,7 +5,8 @@
 A loader is one entry of LOADERS: its seeds, each a dict of relative names and contents, and a function that gets the
 path of a seed's first file. A mutant is a seed with one of its files changed. All mutants run in one process, which is
 started again when it dies; it may take --megabytes of memory beyond what its imports took, and --seconds a mutant.
---keep is a folder for the files of findings; --only 17 runs mutant 17 alone.
+--keep is a folder for the files of findings; --only 17 runs mutant 17 alone. With NUMBA_BOUNDSCHECK=1 a kernel that
+reads beyond an array is a finding.
 """
 
 import argparse
@@ -34,7 +35,6 @@ import fuzz_seeds
 from fuzz_seeds import Files
 
 from lfssao.errors import LfssaoError
-from lfssao.scene.load import load_scene
 
 Outcome = tuple[str, str]  # 'read', 'refused' or the kind of a finding; its message or traceback
 GOOD = ("read", "refused")
@@ -48,7 +48,7 @@ class Loader:
     load: Callable[[Path], object]
 
 
-LOADERS = {"mesh": Loader(fuzz_seeds.meshes, load_scene)}
+LOADERS = {"mesh": Loader(fuzz_seeds.meshes, fuzz_files.load_mesh)}
 LOADERS |= {name: Loader(*each) for name, each in fuzz_files.LOADS.items()}
 
 _WORDS = [

@@ -1,4 +1,4 @@
-"""Whole files of every kind but meshes that `fuzz.py` mutates, and what reads each kind.
+"""Whole files of every kind but meshes that `fuzz.py` mutates, and what reads each kind, meshes too.
 
 They are small and the same bytes each time: those that a render writes hold no time.
 """
@@ -26,6 +26,7 @@ from lfssao.cli.terminal import BAD_INPUT, NOT_COMPARED
 from lfssao.errors import InputError
 from lfssao.files.exr import read_exr, write_exr
 from lfssao.files.image_file import read_image_file
+from lfssao.gbuffer.caster import RayCaster
 from lfssao.optics.camera import Camera
 from lfssao.optics.display_file import ViewSet, display_text, find_views
 from lfssao.optics.view import KINDS
@@ -34,6 +35,7 @@ from lfssao.rendering.job import Job
 from lfssao.rendering.run import recover
 from lfssao.rendering.views import module_views
 from lfssao.scene.builtin import builtin_scene
+from lfssao.scene.load import load_scene
 from lfssao.verify.kit.cases import make_case
 from lfssao.verify.kit.folder import write_kit
 
@@ -80,6 +82,16 @@ def _rendered() -> Files:
     manifest |= {"machine": {}, "seconds": {}, "scene": {**manifest["scene"], "name": "statue.obj"}}
     manifest["views"] = [{**view, "seconds": {}} for view in manifest["views"]]
     return {"manifest.json": json.dumps(manifest, indent=1).encode(), "mine/module_003.exr": other, **files}
+
+
+def load_mesh(path: Path) -> None:
+    """Load a mesh and cast rays at it: kernels index its arrays by numbers of the file."""
+    mesh = load_scene(path)
+    view = Camera.looking_at(mesh.bounds, "orthographic").view(8, 6)
+    for color in ("bilinear", "nearest"):
+        seen = RayCaster(mesh, view.cast_from_world, 1).gbuffer(view, color, "smooth")
+        for texture in (seen.color, seen.normals):
+            assert texture is None or np.isfinite(texture).all()
 
 
 def displays() -> list[Files]:

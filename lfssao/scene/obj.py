@@ -12,7 +12,7 @@ from lfssao.scene.images import texture
 from lfssao.scene.mesh import CLAMPED, REPEATED, FloatArray
 from lfssao.scene.mtl import Material, read_materials
 from lfssao.scene.obj_lines import Lines
-from lfssao.scene.part import NO_COORDINATES, TOO_FEW_CORNERS, TRANSPARENT, Part, distinct
+from lfssao.scene.part import MULTIPLIED, NO_COORDINATES, TOO_FEW_CORNERS, TRANSPARENT, Part, distinct
 from lfssao.scene.polygons import IntArray, Polygons, triangulate
 from lfssao.scene.text import as_text, color_values
 
@@ -188,7 +188,7 @@ class _Materials:
                 self._images[name] = assets.image(name, None, texture)
             part.image = self._images[name]
             if part.vertex_colors is not None and (part.vertex_colors != 1).any():
-                assets.note("colours of its vertices multiply its image")
+                assets.note(MULTIPLIED)
         elif material.image is None and material.color is not None:
             try:
                 linear, note = color_values(material.color[None])

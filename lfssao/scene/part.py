@@ -15,6 +15,7 @@ TOO_FEW_CORNERS = "faces of fewer than three corners are left out"
 TRANSPARENT = "its colours are in part transparent: they are taken for opaque"
 TWO_COLORS = "colours of its faces are left out, as its vertices have colours"
 NO_COORDINATES = "an image is left out of faces that have no texture coordinates"
+MULTIPLIED = "colours of its vertices multiply its image"
 
 
 def _white() -> NDArray[np.float32]:

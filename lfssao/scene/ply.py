@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from lfssao.errors import InputError
 from lfssao.scene.assets import Assets
 from lfssao.scene.images import texture
-from lfssao.scene.part import NO_COORDINATES, TOO_FEW_CORNERS, TRANSPARENT, TWO_COLORS, Part, distinct
+from lfssao.scene.part import MULTIPLIED, NO_COORDINATES, TOO_FEW_CORNERS, TRANSPARENT, TWO_COLORS, Part, distinct
 from lfssao.scene.ply_elements import Element, read_elements
 from lfssao.scene.polygons import IntArray, Polygons, triangulate
 from lfssao.scene.text import color_values, whole
@@ -147,6 +147,8 @@ def _with_images(path: Path, part: Part, chosen: IntArray, images: list[str], as
     if part.uv is None:
         assets.note(NO_COORDINATES)
         return [part]
+    if part.vertex_colors is not None and (part.vertex_colors != 1).any():
+        assets.note(MULTIPLIED)
     if ((chosen < 0) | (chosen >= len(images))).any():
         raise InputError(f"{path}: its faces name textures up to {chosen.max()}, but there are {len(images)}")
     return [

@@ -49,6 +49,8 @@ def test_vertex_colours_end_at_0_and_1(tmp_path):
     mesh = load(Gltf(COLOR_0=([[-1, 0.5, 7]] * 4,)), tmp_path)
     assert mesh.paint.vertex_colors.tolist() == [[0, 0.5, 1]] * 4
     assert mesh.notes == ("colours of its vertices reach from -1 to 7: they are clamped to 0 to 1",)
+    mesh = load(Gltf(COLOR_0=([[0, 0.5, 1 + 2.0**-23]] * 4,)), tmp_path)
+    assert (mesh.paint.vertex_colors.max(), mesh.notes) == (1, ())
 
 
 def gl_texel(number, size, wrap):

@@ -199,6 +199,10 @@ def test_texture_coordinates_of_vertices_and_of_corners_and_several_images(tmp_p
         assert mesh.faces.tolist()[1][::2] == mesh.faces.tolist()[2][::-2]  # corners with equal coordinates are one
     mesh = loaded(tmp_path, "a.ply", square(comments=one))
     assert "no texture coordinates" in mesh.notes[0]
+    colored = named("float", ("s", "t", "red", "green", "blue"))
+    for red, notes in ((0.5, ("colours of its vertices multiply its image",)), (1.0, ())):
+        content = square(vertex_properties=colored, values=[0.5, 0.5, red, 1.0, 1.0], comments=one)
+        assert loaded(tmp_path, "a.ply", content).notes == notes
 
 
 def test_bytes_after_the_end_are_noted(tmp_path):

@@ -18,6 +18,7 @@ from lfssao.scene.part import Part
 _TRIANGLES = 4
 _STRIP = 5
 _FAN = 6
+_ROUNDED = 1e-6  # by how much colours may be beyond 0 and 1 without a word
 _DRACO = "KHR_draco_mesh_compression"
 
 
@@ -78,7 +79,7 @@ def _part(file: File, primitive: Item, weights: list[float]) -> Part:
     read = _of_vertices(file, primitive, "COLOR_0", ("VEC3", "VEC4"), len(vertices), weights)
     alpha = None
     if read is not None:
-        if read.max() > 1.0 or read.min() < 0.0:
+        if abs(read - 0.5).max() > 0.5 + _ROUNDED:
             reach = f"from {read.min():g} to {read.max():g}"
             file.assets.note(f"colours of its vertices reach {reach}: they are clamped to 0 to 1")
         colors = np.clip(read, 0.0, 1.0).astype(np.float32)

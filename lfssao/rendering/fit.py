@@ -58,7 +58,11 @@ def _fitting(textures: Textures, description: Description) -> str:
     found = [(other, words) for other, words in _others(textures, description) if not fault_of(textures, other)]
     if "normals" in textures and found:
         angles = [angle_to_normals(upright(textures, other), other)[0] for other, _ in found]
-        found = [pair for pair, angle in zip(found, angles, strict=True) if angle <= min(angles) + _ALIKE]
+        is_log = [other.depth_kind == "logarithmic" for other, _ in found]
+        # Constants that are near 0 are much alike, so the best one alone is named.
+        least_log = min((angle for angle, log in zip(angles, is_log, strict=True) if log), default=0.0)
+        limits = [min(angles) + _ALIKE if not log else min(least_log, min(angles) + _ALIKE) for log in is_log]
+        found = [pair for pair, angle, limit in zip(found, angles, limits, strict=True) if angle <= limit]
     least = min((words.count("=") for _, words in found), default=0)
     fits = " or ".join(words for _, words in found if words.count("=") == least)
     return f": it fits with {fits}" if fits else ""

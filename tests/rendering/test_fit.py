@@ -42,7 +42,7 @@ class Room:
         z = np.where(self.surface, self.z, 1)
         kinds = {"linear": (z, 0), "radial": (z * self.length, 0), "window": ((1 - NEAR / z) / (1 - NEAR / FAR), 1)}
         kinds["reversed"] = 1 - kinds["window"][0], 0
-        for constant in (0.1, 1.0, 10.0):
+        for constant in (0.02, 0.1, 1.0, 10.0):
             kinds[constant] = np.log(constant * z + 1) / np.log(constant * FAR + 1), 1
         values, usual = kinds[kind]
         return np.where(self.surface, values, usual if sky is None else sky).astype(np.float32)
@@ -96,6 +96,12 @@ def test_depth_that_normals_or_positions_contradict_is_refused_with_the_kind_tha
     textures = {"depth": room.depth(stored), witness: getattr(room, witness)}
     with pytest.raises(InputError, match=f"it fits with .*{fits}"):
         read(textures, told(said))
+
+
+def test_of_logarithms_that_are_alike_the_best_is_named(room):
+    textures = {"depth": room.depth(0.02), "normals": room.normals}
+    with pytest.raises(InputError, match=r"it fits with depth_kind = 'logarithmic' and depth_constant = 0\.02$"):
+        read(textures, told("window"))
 
 
 @pytest.mark.parametrize(("kind", "near", "far"), [("window", NEAR, 4 * NEAR), ("reversed", 4 * NEAR, FAR)])

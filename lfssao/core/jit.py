@@ -7,7 +7,7 @@ import os
 import tempfile
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any, TypeVar
@@ -72,13 +72,16 @@ def _cache_folder(chosen: str) -> str:
 
 
 def _is_whole(path: Path) -> bool:
-    """Whether a file ends with the SHA-256 of all before. One that does not is removed, with a warning."""
+    """Whether a file ends with the SHA-256 of all before. One that does not is removed, with a warning.
+
+    What cannot be removed, such as a folder, is no file.
+    """
     try:
         data = path.read_bytes() if path.is_file() or not path.exists() else b""
         if hashlib.sha256(data[:-32]).digest() == data[-32:]:
             return True
         path.unlink()
-    except FileNotFoundError:
+    except OSError:
         return False
     warnings.warn(
         f"{path.parents[1]}: compiled code in it was damaged and is compiled anew", InputWarning, stacklevel=2
@@ -152,7 +155,8 @@ class _Cache(caching.FunctionCache):  # type: ignore[misc]
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep compiled code, but not for tuples of others: a process that cannot import them could read none."""
         if all(map(_is_known, sig)):
-            super().save_overload(sig, data)
+            with suppress(OSError):  # on a full disk, or where a folder is in the way, the next process compiles anew
+                super().save_overload(sig, data)
         for report in _reports:
             report.end(self)
 

@@ -1,5 +1,6 @@
 """The decorator of kernels: where compiled code is kept, what it depends on, and Python's meaning of max and min."""
 
+import errno
 import hashlib
 import itertools
 import json
@@ -144,6 +145,21 @@ def test_compiled_code_that_is_damaged_is_noticed_and_made_anew(tmp_path, monkey
         assert hits() == 1, name
     path.unlink()
     assert (hits(), hits()) == (0, 1)
+    path.unlink()
+    path.mkdir()
+    assert (hits(), hits()) == (0, 0)
+
+
+def test_code_that_cannot_be_written_is_compiled_anew(tmp_path, monkeypatch):
+    """As on a full disk."""
+    monkeypatch.setattr(jit, "_cache_folder", lambda _: str(tmp_path))
+
+    def full(*_given):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(jit._Files, "_open_for_write", full)
+    assert jit.kernel(twice)(3) == 6
+    assert list(tmp_path.rglob("*.nb?")) == []
 
 
 class Foreign(NamedTuple):

@@ -72,6 +72,13 @@ def _alchemy(a: Sequence[Any]) -> list[Any]:
     return [*_size(occlusion), len(taps.points), *given]
 
 
+def _oriented(a: Sequence[Any]) -> list[Any]:
+    view, ball, occlusion, _ = a
+    textures = view.depth, view.positions, view.normals
+    given = [*textures, ball.points, view.turns, view.axes, _mapping(view), ball.radius, ball.reach, ball.bias]
+    return [*_size(occlusion), len(ball.points), *given, occlusion]
+
+
 def _sampling(a: Sequence[Any]) -> list[Any]:
     view, sao, sums, _ = a
     scalars = [sao.reach_u, sao.reach_v, sao.inverse, sao.cubed, sao.bias, sao.depth_bias, sao.origin, sao.epsilon]
@@ -100,6 +107,7 @@ BASELINES = (
     Baseline("lfssao.ao.post.post_kernels.blur_vertical", "Gaussian blur, columns", "blur_vertical",
              lambda a: [*_size(a[0]), a[0], a[1], len(a[1]), a[2]], (2,)),
     Baseline("lfssao.ao.formulas.sum_samples", "Alchemy, taps", "alchemy", _alchemy, (2,), "Alchemy"),
+    Baseline("lfssao.ao.formulas.sum_samples", "oriented hemisphere", "oriented", _oriented, (2,), "Hemisphere"),
     Baseline("lfssao.ao.textures.write_directions", "viewing directions", "directions",
              lambda a: [*_size(a[2]), *a[0], *a[1:]], (2,)),
     Baseline(ESTIMATORS + "sao.texel_rays.linear_depth", "linear z", "linear_depth",

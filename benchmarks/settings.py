@@ -110,6 +110,10 @@ def _alchemy(views: Views) -> Any:
     return estimate("alchemy", _turned(views.module), RADIUS * views.size)
 
 
+def _oriented(views: Views) -> Any:
+    return estimate("oriented-hemisphere", _turned(views.module), RADIUS * views.size)
+
+
 def _lf_camera(views: Views) -> Any:
     return estimate("lf", views.camera, RADIUS * views.size)
 
@@ -146,6 +150,7 @@ SETTINGS = (
     Setting("point, 8", partial(_module, "point"), ("points with options",)),
     Setting("hemisphere, 8", partial(_module, "hemisphere"), ("points with options",)),
     Setting("alchemy, 12", _alchemy),
+    Setting("oriented-hemisphere, 64", _oriented),
     Setting("vo-lines, 5", partial(_samples, "vo-lines", "disk", 5)),
     Setting("vo-lines, 9", partial(_samples, "vo-lines", "disk", 9), ("VO lines",)),
     Setting("vo-lines-normal, 5", partial(_samples, "vo-lines-normal", "disk", 5), ("VO lines",)),

@@ -69,6 +69,7 @@ void vo_area(ARRAYS, const float *turns, int n, const float *disk, const float *
 #pragma omp parallel for schedule(dynamic, 8)
     for (int j = 0; j < height; j++)
         for (int i = 0; i < width; i++) {
+            NEXT
             float total = 0;
             ao[(int64_t)j * width + i] = 0;
             if (!(depth[(int64_t)j * width + i] < INFINITY))
@@ -78,6 +79,7 @@ void vo_area(ARRAYS, const float *turns, int n, const float *disk, const float *
                 continue;
             const double lod = (float)detail(&scene, &t);
             for (int k = 0; k < n; k++) {
+                NEXT
                 const float x = disk[2 * k], y = disk[2 * k + 1], top = half[k], z = (t.z + x * t.ez) + y * t.fz;
                 float u, v;
                 if (!project(&scene, (t.u + x * t.eu) + y * t.fu, (t.v + x * t.ev) + y * t.fv, z, &u, &v))

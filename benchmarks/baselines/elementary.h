@@ -3,6 +3,14 @@
 #include <stdint.h>
 #include <string.h>
 
+/* Compiled with -DROUNDING, each texel and each sample begins with the next direction of rounding at random. */
+#ifdef ROUNDING
+void next_rounding(void);
+#define NEXT next_rounding();
+#else
+#define NEXT
+#endif
+
 static inline void sincospi_(double x, double *sine, double *cosine)
 {
     const int64_t quadrant = x >= 0 ? (int64_t)(x * 2 + 0.5) : -(int64_t)(0.5 - x * 2);

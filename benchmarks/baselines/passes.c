@@ -1,6 +1,7 @@
 /* Passes over whole textures, float32, one loop nest a pass as a C programmer writes it down: baselines for lfssao's numba
  * kernels. Operations stand in lfssao's order; with -ffp-contract=off they give its bits.
  */
+#include <fenv.h>
 #include <math.h>
 #include <omp.h>
 #include <stdint.h>
@@ -12,6 +13,22 @@
 void set_threads(int n)
 {
     omp_set_num_threads(n);
+}
+
+static uint64_t random_state;
+
+/* Where the directions of rounding begin, of the calling thread; 0 rounds to nearest again. */
+void set_rounding(uint64_t seed)
+{
+    random_state = seed;
+    fesetround(FE_TONEAREST);
+}
+
+void next_rounding(void)
+{
+    static const int ways[] = {FE_TONEAREST, FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO};
+    random_state ^= random_state << 13, random_state ^= random_state >> 7, random_state ^= random_state << 17;
+    fesetround(ways[random_state >> 62]);
 }
 
 /* As many bytes as a pass must move, with nothing done to them. */

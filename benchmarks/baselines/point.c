@@ -31,6 +31,7 @@ void share_behind(int width, int height, int n, const float *depth, const float 
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < height; j++)
         for (int i = 0; i < width; i++) {
+            NEXT
             const int64_t here = (int64_t)j * width + i;
             const float *p = positions + 3 * here, *up = normals + 3 * here;
             ao[here] = 0;
@@ -39,6 +40,7 @@ void share_behind(int width, int height, int n, const float *depth, const float 
             float a = row(m, 0, p), b = row(m, 1, p), c = row(m, 2, p);
             int count = 0;
             for (int s = 0; s < n; s++) {
+                NEXT
                 const float *o = offsets + 3 * s, *e = ends + 4 * s;
                 float t = half && (o[0] * up[0] + o[1] * up[1]) + o[2] * up[2] < 0 ? -1.0f : 1.0f;
                 float z = c + t * e[2];
@@ -57,6 +59,7 @@ void alchemy(int width, int height, int n, const float *depth, const float *posi
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < height; j++)
         for (int i = 0; i < width; i++) {
+            NEXT
             const int64_t here = (int64_t)j * width + i;
             const float *p = positions + 3 * here, *up = normals + 3 * here, *d = directions + 3 * here;
             ao[here] = 0;
@@ -75,6 +78,7 @@ void alchemy(int width, int height, int n, const float *depth, const float *posi
                 second[k] = linear(m, k, two);
             }
             for (int s = 0; s < n; s++) {
+                NEXT
                 float x = taps[2 * s] * cosine - taps[2 * s + 1] * sine;
                 float y = taps[2 * s] * sine + taps[2 * s + 1] * cosine;
                 int64_t q = texel_of(width, height, m, at[0] + (x * first[0] + y * second[0]),
@@ -92,12 +96,62 @@ void alchemy(int width, int height, int n, const float *depth, const float *posi
         }
 }
 
+/* Points of the half ball around the normal, smooth range check, nothing beyond background. kernel: n x 3, z >= 0.
+ * axes: the display's right and up. */
+void oriented(int width, int height, int n, const float *depth, const float *positions, const float *normals,
+              const float *kernel, const float *turns, const float *axes, const float *m, float radius, float reach,
+              float bias, float *ao)
+{
+#pragma omp parallel for schedule(static)
+    for (int j = 0; j < height; j++)
+        for (int i = 0; i < width; i++) {
+            NEXT
+            const int64_t here = (int64_t)j * width + i;
+            const float *p = positions + 3 * here, *up = normals + 3 * here;
+            ao[here] = 0;
+            if (!(depth[here] < INFINITY))
+                continue;
+            const float cosine = turns[here], sine = turns[(int64_t)width * height + here];
+            float r[3];
+            for (int k = 0; k < 3; k++)
+                r[k] = cosine * axes[k] + sine * axes[3 + k];
+            const float along = (up[0] * r[0] + up[1] * r[1]) + up[2] * r[2];
+            float t[3], at[3], first[3], second[3], third[3], total = 0;
+            for (int k = 0; k < 3; k++)
+                t[k] = r[k] - along * up[k];
+            const float scale = 1 / sqrtf((t[0] * t[0] + t[1] * t[1]) + t[2] * t[2]);
+            for (int k = 0; k < 3; k++)
+                t[k] *= scale;
+            const float b[3] = {up[1] * t[2] - up[2] * t[1], up[2] * t[0] - up[0] * t[2], up[0] * t[1] - up[1] * t[0]};
+            for (int k = 0; k < 3; k++) {
+                at[k] = row(m, k, p);
+                first[k] = radius * linear(m, k, t), second[k] = radius * linear(m, k, b);
+                third[k] = radius * linear(m, k, up);
+            }
+            for (int s = 0; s < n; s++) {
+                NEXT
+                float image[3];
+                for (int k = 0; k < 3; k++)
+                    image[k] = ((at[k] + kernel[3 * s] * first[k]) + kernel[3 * s + 1] * second[k])
+                               + kernel[3 * s + 2] * third[k];
+                const int64_t q = texel_of(width, height, m, image[0], image[1], image[2]);
+                if (q < 0 || !(depth[q] < INFINITY) || !(image[2] - depth[q] >= bias))
+                    continue;
+                const float d = fabsf(at[2] - depth[q]), x = d > reach ? reach / d : 1;
+                total += (x * x) * (3 - (x + x));
+            }
+            total /= (float)n;
+            ao[here] = total > 0 ? total < 1 ? total : 1 : 0;
+        }
+}
+
 /* LF Algorithm 1, lines 1 to 3: to_world, rows of four, screen -> world. */
 void unproject(int width, int height, const float *depth, const float *to_world, float *positions)
 {
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < height; j++)
         for (int i = 0; i < width; i++) {
+            NEXT
             const int64_t here = (int64_t)j * width + i;
             const float at[3] = {(float)i + 0.5f, (float)j + 0.5f, depth[here]}, w = row(to_world, 3, at);
             for (int k = 0; k < 3; k++)
@@ -112,6 +166,7 @@ void algorithm2(int width, int height, int n, const float *depth, const float *p
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < height; j++)
         for (int i = 0; i < width; i++) {
+            NEXT
             const int64_t here = (int64_t)j * width + i;
             const float *p = positions + 3 * here;
             ao[here] = 0;
@@ -121,6 +176,7 @@ void algorithm2(int width, int height, int n, const float *depth, const float *p
             int count = 0;
             if (matrix)
                 for (int s = 0; s < n; s++) {
+                    NEXT
                     const float *o = offsets + 4 * s, q = d + o[3];
                     const float u = (a + o[0]) / q, v = (b + o[1]) / q, z = (c + o[2]) / q;
                     if (q > 0 && u >= 0 && u < width && v >= 0 && v < height)
@@ -128,6 +184,7 @@ void algorithm2(int width, int height, int n, const float *depth, const float *p
                 }
             else
                 for (int s = 0; s < n; s++) {
+                    NEXT
                     const float *o = offsets + 4 * s, z = c + o[2];
                     const int64_t q = texel_of(width, height, m, a + o[0], b + o[1], z);
                     count += q >= 0 && depth[q] < z;

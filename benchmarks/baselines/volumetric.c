@@ -11,6 +11,7 @@ void vo_lines(ARRAYS, const float *turns, int n, const float *disk, const float 
 #pragma omp parallel for schedule(dynamic, 8)
     for (int j = 0; j < height; j++)
         for (int i = 0; i < width; i++) {
+            NEXT
             float total = 0;
             ao[(int64_t)j * width + i] = 0;
             if (!(depth[(int64_t)j * width + i] < INFINITY))
@@ -19,6 +20,7 @@ void vo_lines(ARRAYS, const float *turns, int n, const float *disk, const float 
             if (!t.seen)
                 continue;
             for (int k = 0; k < n; k++) {
+                NEXT
                 const float x = disk[2 * k], y = disk[2 * k + 1], z_s = half[k];
                 const float z = (t.z + x * t.ez) + y * t.fz;
                 float u, v;
@@ -41,6 +43,7 @@ void vo_points(ARRAYS, const float *mirrors, int n, const float *ball, const flo
 #pragma omp parallel for schedule(dynamic, 8)
     for (int j = 0; j < height; j++)
         for (int i = 0; i < width; i++) {
+            NEXT
             const int64_t at = (int64_t)j * width + i;
             float total = 0;
             ao[at] = 0;
@@ -62,6 +65,7 @@ void vo_points(ARRAYS, const float *mirrors, int n, const float *ball, const flo
                 lz = two * linear_row(rows, 3, up[0], up[1], up[2]);
             }
             for (int k = 0; k < n; k++) {
+                NEXT
                 const float x = ball[3 * k], y = ball[3 * k + 1], z_o = ball[3 * k + 2];
                 const float mirror = (x * rx + y * ry) + z_o * rz;
                 float z = (pz + radius * linear_row(rows, 3, x, y, z_o)) - mirror * mz;
@@ -89,6 +93,7 @@ void hbao(ARRAYS, const float *turns, int n, const float *around, int steps, flo
 #pragma omp parallel for schedule(dynamic, 8)
     for (int j = 0; j < height; j++)
         for (int i = 0; i < width; i++) {
+            NEXT
             float total = 0;
             ao[(int64_t)j * width + i] = 0;
             if (!(depth[(int64_t)j * width + i] < INFINITY))
@@ -97,6 +102,7 @@ void hbao(ARRAYS, const float *turns, int n, const float *around, int steps, flo
             if (!t.seen)
                 continue;
             for (int k = 0; k < n; k++) {
+                NEXT
                 const float x = around[2 * k], y = around[2 * k + 1], z = (t.z + x * t.ez) + y * t.fz;
                 float u1, v1;
                 project(&scene, (t.u + x * t.eu) + y * t.fu, (t.v + x * t.ev) + y * t.fv, z, &u1, &v1);
@@ -108,6 +114,7 @@ void hbao(ARRAYS, const float *turns, int n, const float *around, int steps, flo
                 if (!(cosine > 0))
                     horizon = 1;
                 for (int step = 1; step <= steps; step++) {
+                    NEXT
                     const float part = (float)step / (float)steps, u = u0 + part * du, v = v0 + part * dv;
                     if (!(u >= 0 && u < width && v >= 0 && v < height))
                         continue;
@@ -133,6 +140,7 @@ void gtao(ARRAYS, const float *turns, int n, const float *around, int steps, flo
 #pragma omp parallel for schedule(dynamic, 8)
     for (int j = 0; j < height; j++)
         for (int i = 0; i < width; i++) {
+            NEXT
             float total = 0;
             const int64_t here = (int64_t)j * width + i;
             ao[here] = 0;
@@ -140,12 +148,14 @@ void gtao(ARRAYS, const float *turns, int n, const float *around, int steps, flo
                 continue;
             const Texel t = texel_at(&scene, radius, turns, 1, j, i);
             for (int k = 0; k < n; k++) {
+                NEXT
                 const float x = around[2 * k], y = around[2 * k + 1], z = (t.z + x * t.ez) + y * t.fz;
                 const float e = x * t.ne + y * t.nf;
                 float u1, v1, horizon = -e / sqrtf(t.towards * t.towards + e * e);
                 project(&scene, (t.u + x * t.eu) + y * t.fu, (t.v + x * t.ev) + y * t.fv, z, &u1, &v1);
                 const float u0 = (float)i + 0.5f, v0 = (float)j + 0.5f, du = u1 - u0, dv = v1 - v0;
                 for (int step = 1; step <= (z < lens[0] && z > lens[1] ? steps : 0); step++) {
+                    NEXT
                     const float part = (((float)step - 1) + first) / (float)steps, u = u0 + part * du, v = v0 + part * dv;
                     if (!(u >= 0 && u < width && v >= 0 && v < height))
                         continue;

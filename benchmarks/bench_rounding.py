@@ -41,7 +41,7 @@ _GOLDEN = 0x9E3779B97F4A7C15  # seeds that differ in many bits
 
 @dataclass(frozen=True)
 class Spread:
-    """What runs of an estimator show on a view.
+    """Runs of an estimator on a view, against its intervals.
 
     Attributes
     ----------

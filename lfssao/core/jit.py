@@ -74,7 +74,7 @@ def _cache_folder(chosen: str) -> str:
 def _is_whole(path: Path) -> bool:
     """Whether a file ends with the SHA-256 of all before. One that does not is removed, with a warning.
 
-    What cannot be removed, such as a folder, is no file.
+    A folder in its place is no file, and stays.
     """
     try:
         data = path.read_bytes() if path.is_file() or not path.exists() else b""

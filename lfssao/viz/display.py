@@ -1,5 +1,6 @@
 """A drawing of a display from above and from the side: where screen, modules, observers and rays are."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,21 +22,30 @@ def draw_display(display: Display) -> Figure:
     they meet in the module's lens, from the side in the observers' line (LF figure 8).
     """
     figure = Figure(layout="constrained")
+    panels = figure.subplots(1, 2, sharey=True)
+    draw_plans(panels, display)
+    figure.suptitle(f"{display.name}: {display.diffuser} diffuser")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
+    above, side = (axes.dataLim.width for axes in panels)
+    side = max(side, 0.25 * above)  # its title needs the room
+    panels[0].get_gridspec().set_width_ratios((above, side))
+    # As high as the drawing from above needs at its width, and room for titles and legend.
+    height = 8.5 * above / (above + side) * min(panels[0].dataLim.height / above, 1.2)
+    figure.set_size_inches(10, height + 1.6)
+    return figure
+
+
+def draw_plans(panels: Sequence[Any], display: Display) -> None:
+    """Draw a display from above into the first of two panels, which share z, and from the side into the second."""
     met = np.concatenate(
         [_rays(display, index, 0)[:, 0, 0] for index in (0, len(display.modules) - 1)]
     )  # the observers, by these rays
     reach = float(np.abs(met).max(initial=0.5 * display.screen_width))
-    panels = figure.subplots(1, 2, sharey=True, width_ratios=(3, 1))
     for axis, (axes, name) in enumerate(zip(panels, ("x", "y"), strict=True)):
         _draw(axes, display, axis, reach)
-        axes.set(xlabel=f"{name}, metres", title=("from above", "from the side, y stretched")[axis])
-    panels[0].set_aspect("equal", adjustable="datalim")
+        axes.set(xlabel=f"{name}, metres", title=("from above", "from the side")[axis])
+        axes.set_aspect("equal", adjustable="datalim")
     panels[0].set_ylabel("z, metres (away from the viewers)")
-    figure.suptitle(f"{display.name}: {display.diffuser} diffuser")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
-    # As high as the drawing from above needs at that width, and room for titles and legend.
-    figure.set_size_inches(10, 7 * min(panels[0].dataLim.height / panels[0].dataLim.width, 1.2) + 1.6)
-    return figure
 
 
 def _draw(axes: Any, display: Display, axis: int, reach: float) -> None:

@@ -39,3 +39,12 @@ def draw_texture(axes: Any, texture: NDArray[Any], title: str, **colors: Any) ->
 def draw_visibility(axes: Any, occlusion: NDArray[Any], surface: NDArray[np.bool_], title: str) -> Any:
     """Draw visibility, 1 - ao, (H, W), in a panel: 0 black and 1 white, as where there is no surface."""
     return draw_texture(axes, np.where(surface, 1 - occlusion, 1), title, cmap="gray", vmin=0, vmax=1)
+
+
+def mark_decades(axes: Any, names: str) -> None:
+    """Mark 1, 2 and 5 times the powers of ten, in plain numbers, on logarithmic axes of names, 'x', 'y' or 'xy'."""
+    axes.minorticks_off()
+    for name in names:
+        low, high = getattr(axes, f"get_{name}lim")()
+        marks = [m * 10.0**k for k in range(-5, 5) for m in (1, 2, 5) if low <= m * 10.0**k <= high]
+        getattr(axes, f"set_{name}ticks")(marks, [f"{mark:g}" for mark in marks])

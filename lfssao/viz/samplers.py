@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators.registry import estimate
 from lfssao.ao.textures import Buffers
 from lfssao.samples import sample_set
+from lfssao.viz.panels import mark_decades
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +63,7 @@ def draw_sampling_error(found: SamplingError) -> Figure:
     first = max(rmse[0] for rmse in found.rmse.values())
     axes.plot(found.counts, first * np.sqrt(found.counts[0] / found.counts), "--", color="gray", label="n^-0.5")
     axes.set_xticks(found.counts, [str(n) for n in found.counts])
-    axes.minorticks_off()
-    low, high = axes.get_ylim()
-    marks = [m * 10.0**k for k in range(-4, 1) for m in (1, 2, 5) if low <= m * 10.0**k <= high]
-    axes.set_yticks(marks, [f"{mark:g}" for mark in marks])
+    mark_decades(axes, "y")
     axes.grid(alpha=0.3)
     axes.set_title(f"against {found.reference}", fontsize="medium")
     axes.legend(fontsize="small")

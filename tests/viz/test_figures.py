@@ -1,5 +1,6 @@
 """The numbers of the figures; that they are drawn is seen where the notebooks are run."""
 
+import re
 from base64 import b64decode
 
 import numpy as np
@@ -12,8 +13,8 @@ from lfssao.rendering.settings import Settings, diagonal
 from lfssao.rendering.viewer import eye_view
 from lfssao.rendering.views import module_views
 from lfssao.verify.bounds.bounds import Bounds
+from lfssao.viz import blurring, display, geometry, mapping, radii, samplers, texel, timing, truth, verdict
 from lfssao.viz import interactive as sliders
-from lfssao.viz import mapping, radii, samplers, texel, truth, verdict
 
 WORLD = np.eye(3, 4)
 DISPLAY = lfssao.find_display("sample-a").with_resolution(48, 32)
@@ -108,6 +109,95 @@ def test_numbers_inside_bounds():
     assert found.tolist() == [verdict.EQUAL, verdict.INSIDE, *[verdict.OUTSIDE] * 3]
 
 
+# Blur, time
+
+
+def test_a_blur_takes_noise_and_detail(seen, statue):
+    view, gbuffer = seen
+    buffers = lfssao.Buffers.of(gbuffer, view)
+    radius = 0.05 * diagonal(statue)
+    found = blurring.blur_error(buffers.turned("hash"), radius, [4], [0, 1.5], reference=("sobol", 64))
+    exact, made = (
+        render_view(
+            lfssao.RayCaster(statue, view.cast_from_world),
+            view,
+            Settings((radius,), lfssao.make_samples(*table), 1.5, rotation=rotation),
+        )
+        for table, rotation in ((("sobol", 64), "none"), (("latin", 4), "hash"))
+    )
+    surface = gbuffer.triangle >= 0
+    errors = [
+        np.sqrt(np.mean((mine - exact.ao[0].astype(np.float64))[surface] ** 2))
+        for mine in (made.ao[0], made.blurred, exact.blurred)
+    ]
+    assert [*found.rmse[4], *found.lost] == pytest.approx([*errors[:2], 0, errors[2]], rel=1e-12)
+    assert found.best(4) == (0, 1.5)[int(np.argmin(errors[:2]))]
+
+
+def test_the_first_run_is_not_timed(monkeypatch):
+    clock = [0.0]
+    lengths = iter([100.0, 3.0, 2.0, 4.0])
+    monkeypatch.setattr(timing, "perf_counter", lambda: clock[0])
+
+    def run():
+        clock[0] += next(lengths)
+
+    assert timing.least_seconds(run, 3) == 2
+
+
+def test_errors_over_time_are_those_of_the_estimators(seen, statue):
+    buffers = lfssao.Buffers.of(seen[1], seen[0])
+    radius = 0.05 * diagonal(statue)
+    exact = np.zeros(buffers.depth.shape, np.float32)
+    table = lfssao.make_samples("latin", 8)
+    found = timing.error_by_time(buffers, radius, {"lf": {"8": {"points": table}}}, exact)["lf"]
+    ao = lfssao.estimate("lf", buffers.turned("hash"), radius, table).texture[np.isfinite(buffers.depth)]
+    assert found.rmse == pytest.approx([np.sqrt(np.mean((2 * np.maximum(0, ao.astype(np.float64) - 0.5)) ** 2))])
+    assert found.milliseconds > 0
+    assert timing.TimedError(["4", "8", "16"], np.ones(3), np.array([0.2, 0.109, 0.1])).enough() == 1
+
+
+# Geometry
+
+
+def test_the_numbers_of_a_geometry_by_hand():
+    """Modules 0.2 m apart, 0.7 m behind the screen; an eye 1.4 m before it sees those with abs(x) <= 0.75 m."""
+    given = lfssao.find_display("sample-a")
+    changed = geometry.with_geometry(given, 1.4, 11, "linear")
+    assert [module.x for module in changed.modules] == pytest.approx(np.arange(-1, 1.01, 0.2))
+    found = geometry.geometry_of(changed, given)
+    assert (found.seen, found.step) == (7, pytest.approx(0.4))
+    # A point at y, z has v = 300 - 1000 (y D / (D + z)) by observers at the distance D.
+    points = mapping.roi_lattice(given)
+    shown = given.physical_to_image(20, points)[1] == 0
+    _, y, z = points[shown & (changed.physical_to_image(10, points)[1] == 0)].T
+    assert found.moved == pytest.approx(np.max(np.abs(1000 * y * (1.4 / (1.4 + z) - 2 / (2 + z)))))
+    assert found.rmse == mapping.matrix_fits(changed)[-1].rmse
+    same = geometry.geometry_of(geometry.with_geometry(given, 2.0, 21, "linear"), given)
+    assert same.moved == 0
+
+
+@pytest.mark.parametrize(("name", "words", "reason"), [
+    ("virtual", (2.0, 21, "linear"), "in a row along x"),
+    ("convex", (2.0, 21, "linear"), "in a row along x"),
+    ("sample-a", (2.0, 1, "linear"), "modules"),
+    ("sample-a", (-1.0, 21, "linear"), "in front of the screen"),
+    ("sample-a", (2.0, 21, "round"), "diffuser"),
+])  # fmt: skip
+def test_geometries_that_mean_nothing_are_refused(name, words, reason):
+    with pytest.raises(InputError, match=reason):
+        geometry.with_geometry(lfssao.find_display(name), *words)
+
+
+def test_metres_and_texels_are_square_in_figures():
+    given = lfssao.find_display("sample-a")
+    changed = geometry.with_geometry(given, 1.0, 6, "conical")
+    figure, sentence = geometry.draw_geometry(changed, given)
+    assert [axes.get_aspect() for axes in figure.axes] == [1, 1, 1]
+    assert [axes.get_aspect() for axes in display.draw_display(given).axes] == [1, 1]
+    assert "sees 4 of 6 modules, and passes from one to the next every 571 mm." in sentence
+
+
 # Sliders
 
 
@@ -125,8 +215,18 @@ def test_sliders_show_what_their_values_say(statue):
     settings = Settings((0.1 * diagonal(statue),), lfssao.make_samples("jittered", 5, 2), 0.0, rotation="tiles")
     made = render_view(lfssao.RayCaster(statue, view.cast_from_world), view, settings)
     assert picture.value == made._repr_png_() != before
-    assert b64decode(box._repr_mimebundle_()["image/png"]) == picture.value
-    assert sentence.value == ""
+    shown = box._repr_mimebundle_()
+    assert b64decode(shown["image/png"]) == picture.value
+    assert shown["text/plain"].endswith(f"blur = 0\n{sentence.value}")
+    exact = render_view(
+        lfssao.RayCaster(statue, view.cast_from_world),
+        view,
+        Settings(settings.radii, lfssao.make_samples("sobol", 1024), 0.0, rotation="none"),
+    )
+    surface = made.gbuffer.triangle >= 0
+    rmse = np.sqrt(np.mean((made.ao[0] - exact.ao[0].astype(np.float64))[surface] ** 2))
+    assert sentence.value.startswith(f"RMSE {rmse:.3f} against 1024 samples of Sobol's sequence")
+    assert 0 < float(re.search(r"the kernel took (\d+\.\d\d) ms\.", sentence.value)[1]) < 1000
 
 
 def test_a_slider_says_why_it_shows_nothing(seen):

@@ -8,11 +8,15 @@ from lfssao.samples import SampleSet
 
 
 def words(figure):
-    """The titles of a figure, and of each of its axes titles, labels and legend."""
+    """The titles of a figure, and of each of its axes titles, labels, legend, and that its lengths are stretched."""
     parts = [[f"figure of {len(figure.axes)} axes"], [figure.get_suptitle(), *texts(*figure.legends)]]
     for axes in figure.axes:
         legends = [axes.get_legend()] if axes.get_legend() else []
-        parts.append([axes.get_title(), axes.get_xlabel(), axes.get_ylabel(), *texts(*legends)])
+        labels = [axes.get_xlabel(), axes.get_ylabel()]
+        units = {label.rpartition(", ")[2] for label in labels}
+        measured = bool(axes.get_images()) or units in ({"texels"}, {"metres"})
+        looks = ["stretched"] if measured and axes.get_aspect() != 1 else []
+        parts.append([axes.get_title(), *labels, *texts(*legends), *looks])
     return "\n".join("; ".join(filter(None, part)) for part in parts if any(part))
 
 

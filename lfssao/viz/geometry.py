@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from lfssao.core.arguments import as_number, check_whole
-from lfssao.errors import InputError
+from lfssao.errors import InputError, check_type
 from lfssao.optics.display import Display
 from lfssao.optics.kernels.display import VALID
 from lfssao.viz.display import draw_plans
@@ -37,6 +37,7 @@ def with_geometry(display: Display, distance: float, modules: int, diffuser: str
     >>> lfssao.viz.with_geometry(lfssao.find_display("sample-a"), 1.5, 41, "conical").observer_z
     -1.5
     """
+    check_type("display", display, Display)
     first, *_, last = (display.modules[0], *display.modules)
     if first.x == last.x or any(replace(module, x=first.x) != first for module in display.modules):
         raise InputError(f"display {display.name}: modules: they must be at least two, in a row along x, and alike")

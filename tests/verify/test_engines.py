@@ -41,6 +41,11 @@ class Engine:
             "Positions": np.where(there[..., None], points, [0, 0, own.cleared]), "Normals": normals,
             "Depth": np.where(there, frame.textures["depth"], 1.0),
         }  # fmt: skip
+        if own.unity:  # a left-handed world, with normals in it, and reversed depth
+            self.textures["Normals"] = frame.textures["normals"] * [1, 1, -1]
+            self.textures["Depth"] = np.where(there, 1 - frame.textures["depth"].astype(float), 0.0)
+            eye = eye * [1, 1, -1, 1]
+        self.view = eye
         self.textures["Positions"] = self.textures["Positions"].astype(own.stored)
         rows = slice(None, None, -1 if own.below else 1)
         self.textures = {name: np.float32(texture[rows]) for name, texture in self.textures.items()}
@@ -54,10 +59,14 @@ class Engine:
         f_u, f_v, c_u, c_v = self.lens = frame.view["lens"][:4]
         if own.below:
             self.lens = f_u, -f_v, c_u, SIZE[1] - c_v
+        near, far = self.planes
+        half = [[0, 0, near / (far - near), near * far / (far - near)]]  # of Direct3D's reversed depth
+        matrix = np.vstack([self.projection[:2], half, self.projection[3:]]) if own.unity else self.projection
+        kinds = ("d3d reversed", "reversed", "world") if own.unity else ("opengl", "window", "view")
         (folder / "camera.toml").write_text(
-            f'kind = "camera"\nview = {eye.tolist()}\nprojection = {self.projection.tolist()}\nclip = "opengl"\n'
-            f'rows = "{"below" if own.below else "above"}"\n'
-            'depth_kind = "window"\npositions_space = "view"\nnormals_space = "view"\n'
+            f'kind = "camera"\nview = {eye.tolist()}\nprojection = {matrix.tolist()}\n'
+            f'rows = "{"below" if own.below else "above"}"\nclip = "{kinds[0]}"\ndepth_kind = "{kinds[1]}"\n'
+            f'positions_space = "view"\nnormals_space = "{kinds[2]}"\n'
         )
         for name in self.textures:
             kind = own.stored if name == "Positions" else "f4"
@@ -72,7 +81,7 @@ class Engine:
         common = {
             "size": SIZE, "side": 4, "count": len(self.kernel), "projection": self.projection.T.ravel(),
             "inverse_projection": np.linalg.inv(self.projection).T.ravel(), "planes": self.planes, "radius": R,
-            "lens": self.lens,
+            "lens": self.lens, "view": self.view.T.ravel(),
         }  # fmt: skip
         arrays = {
             **self.textures, "Kernel": self.kernel, "Directions": self.directions, "Noise": self.noise,
@@ -105,6 +114,11 @@ def by_gradient(j, i):
     return np.dstack([np.modf(52.9829189 * np.modf(slope)[0])[0], 0 * slope])
 
 
+def in_8_bits(_):
+    """A tile of two numbers of 0 to 1 in 8 bits."""
+    return np.random.default_rng(8).integers(0, 256, (64, 64, 2)) / 255
+
+
 @dataclass
 class Own:
     """An engine's shader with defines and numbers, and the textures and options that it hands over."""
@@ -119,6 +133,7 @@ class Own:
     given: tuple = ("--rotate={folder}/noise.npy", "--rotate-rows=below")
     angles: Callable = by_recurrence
     below: bool = True  # whether row 0 is the lowest
+    unity: bool = False  # whether the world is left-handed, and depth reversed
 
 
 POINTS = {"textures": ("depth", "positions", "normals"), "given": ("--samples={folder}/kernel.npy", *Own.given)}
@@ -162,6 +177,11 @@ ENGINES = {
         "spiral_squares", {},
         {"bias": 0.0005, "intensity": 1.0, "horizon": 0.0, "power": 1.0, "turns": 3.0, "taps": 7, "levels": 4},
         noise=lambda _: by_gradient(*np.indices(SIZE[::-1])),
+    ),
+    "unity-urp": Own(
+        "random_taps", {},
+        {"side": 64, "count": 8, "beta": 0.004, "epsilon": 1e-4, "intensity": 3.0, "falloff": 100.0, "contrast": 0.6},
+        noise=in_8_bits, given=(*Own.given, "--parameter=tile=64"), unity=True,
     ),
     "r3d": Own(
         "sao", {"FACE": 0, "LANDING": 1, "FULL_TURN": "6.283185307179586"},

@@ -83,6 +83,11 @@ SHADERS = {
         "taps": [1, 7], "turns": [3.0, 6.5], "bias": [0.0005, 0.01], "intensity": [1.0, 0.3], "horizon": [0.0, 20.0],
         "power": [1.0, 0.5], "max_level": [7, 1], "border": ["open", "clamp"],
     },
+    "unity-urp": {
+        "taps": [8, 3], "beta": [0.004, 0.0], "epsilon": [0.0001, 0.1], "intensity": [3.0, 0.3],
+        "falloff": [100.0, 5.0], "contrast": [0.6, 1.0], "range_check": ["distance", "none"], "tile": [8, 5],
+        "shifted": [True, False], "border": ["clamp"],
+    },
     "bevy-ssao": {
         "slices": [1, 3], "steps": [1, 3], "thickness": [0.34, 0.05], "nearer": [1e-5, 0.01], "unit": [False, True],
         "square": [False, True], "border": ["open", "clamp"], "filter": ["nearest", "linear"],
@@ -218,7 +223,7 @@ def test_no_renderer_of_a_published_shader_leaves_its_bounds(name):
         turns = rng.uniform(-0.7, 0.7, size=(3, view.height, view.width))
         if name == "nvidia-hbao":  # cosine, sine, and a part of a step
             turns = np.concatenate([random_turns(rng, turns.shape[1:]), abs(turns[2:])])
-        if name in ("xegtao", "bevy-ssao", "filament-sao"):  # from 0 to 1
+        if name in ("xegtao", "bevy-ssao", "filament-sao", "unity-urp"):  # from 0 to 1
             turns = turns + 0.5
         turns = turns[: 2 + find_estimator(name).vectors].astype(np.float32)
         seen = replace(Buffers.of(gbuffer, view), turns=turns)

@@ -42,6 +42,7 @@ _SHADERS = {
     "xegtao": "shaders.xegtao",
     "bevy-ssao": "shaders.bevy",
     "filament-sao": "shaders.filament_sao",
+    "unity-urp": "shaders.unity_urp",
 }
 
 

@@ -86,6 +86,7 @@ class Engine:
         arrays = {
             **self.textures, "Kernel": self.kernel, "Directions": self.directions, "Noise": self.noise,
             "Angles": self.angles, "Axes": np.diag([1, 1, -1]),
+            "Golden": golden(16),
         }  # fmt: skip
         return ao_shaders.run(context, shader, defines, change, arrays, {**common, **uniforms}, SIZE)
 
@@ -117,6 +118,12 @@ def by_gradient(j, i):
 def in_8_bits(_):
     """A tile of two numbers of 0 to 1 in 8 bits."""
     return np.random.default_rng(8).integers(0, 256, (64, 64, 2)) / 255
+
+
+def golden(n):
+    """N8AO's kernel."""
+    x, y = np.sqrt((np.arange(n) + 0.5) / n) * [np.cos(2.399963 * np.arange(n)), np.sin(2.399963 * np.arange(n))]
+    return np.stack([x, y, np.sqrt(1 - (x * x + y * y))], axis=1)
 
 
 @dataclass
@@ -183,6 +190,14 @@ ENGINES = {
         {"side": 64, "count": 8, "beta": 0.004, "epsilon": 1e-4, "intensity": 3.0, "falloff": 100.0, "contrast": 0.6},
         noise=in_8_bits, given=(*Own.given, "--parameter=tile=64"), unity=True,
     ),
+    "n8ao": Own(
+        "golden_taps", {"TEXELS": 0}, {"side": 64, "count": 16, "falloff": 1.0, "bias": 0.02 * R}, noise=in_8_bits,
+        given=(*Own.given, f"--parameter=bias={0.02 * R}"),
+    ),
+    "n8ao in texels": Own(
+        "golden_taps", {"TEXELS": 1}, {"side": 64, "count": 16, "falloff": 1.0, "bias": 0.0, "radius": 12.0},
+        noise=in_8_bits, given=(*Own.given, "--parameter=texels=true"),
+    ),
     "r3d": Own(
         "sao", {"FACE": 0, "LANDING": 1, "FULL_TURN": "6.283185307179586"},
         R3D | {"intensity": 0.4 * R, "beta": 0.04 * R, "epsilon": 0.08 * R * R},
@@ -204,7 +219,8 @@ def engine(tmp_path_factory):
         own, folder = ENGINES[name], tmp_path_factory.mktemp(name)
         engine = Engine(folder, "statue", own, 7)
         given = [f"--{key}={folder / key}.npy" for key in own.textures]
-        words = f"--buffers={folder}/camera.toml", f"--like={name}", f"--radii={R}", f"-o={folder}/right"
+        given.append(f"--radii={own.uniforms.get('radius', R)}")
+        words = f"--buffers={folder}/camera.toml", f"--like={name.split()[0]}", f"-o={folder}/right"
         assert (
             main(["ao", *given, *(word.format(folder=folder, far=engine.planes[1]) for word in own.given), *words]) == 0
         )

@@ -88,6 +88,10 @@ SHADERS = {
         "falloff": [100.0, 5.0], "contrast": [0.6, 1.0], "range_check": ["distance", "none"], "tile": [8, 5],
         "shifted": [True, False], "border": ["clamp"],
     },
+    "n8ao": {
+        "falloff": [1.0, 0.3], "bias": [0.0, 0.02], "texels": [False, True], "range_check": ["smoothstep", "none"],
+        "around": [True, False], "move": [True, False],
+    },
     "bevy-ssao": {
         "slices": [1, 3], "steps": [1, 3], "thickness": [0.34, 0.05], "nearer": [1e-5, 0.01], "unit": [False, True],
         "square": [False, True], "border": ["open", "clamp"], "filter": ["nearest", "linear"],
@@ -223,7 +227,7 @@ def test_no_renderer_of_a_published_shader_leaves_its_bounds(name):
         turns = rng.uniform(-0.7, 0.7, size=(3, view.height, view.width))
         if name == "nvidia-hbao":  # cosine, sine, and a part of a step
             turns = np.concatenate([random_turns(rng, turns.shape[1:]), abs(turns[2:])])
-        if name in ("xegtao", "bevy-ssao", "filament-sao", "unity-urp"):  # from 0 to 1
+        if name in ("xegtao", "bevy-ssao", "filament-sao", "unity-urp", "n8ao"):  # from 0 to 1
             turns = turns + 0.5
         turns = turns[: 2 + find_estimator(name).vectors].astype(np.float32)
         seen = replace(Buffers.of(gbuffer, view), turns=turns)

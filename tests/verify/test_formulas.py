@@ -231,7 +231,7 @@ def test_no_renderer_of_a_published_shader_leaves_its_bounds(name):
             turns = turns + 0.5
         turns = turns[: 2 + find_estimator(name).vectors].astype(np.float32)
         seen = replace(Buffers.of(gbuffer, view), turns=turns)
-        samples = rng.uniform(-1, 1, (16, 3))
+        samples = rng.uniform(-1, 1, (4 if name == "n8ao" else 16, 3))  # its start places each, too
         made = renderers(rng, name, model, options, radius, seen, samples)
         points, weights = points_of(name, samples)
         found, weak = (

@@ -49,6 +49,14 @@ def test_a_background_is_named_with_the_option_that_accepts_it(reference, tmp_pa
     assert compare(mine, reference, "--background", str(value)) == 0
 
 
+@pytest.mark.parametrize("value", [np.finfo("f4").max, 1 / 3, -1e10])
+def test_the_option_that_is_advised_accepts_the_background(reference, tmp_path, value):
+    mine = with_sky(reference, tmp_path / "mine", value)
+    found = result_of(lfssao.compare(mine, reference, layers=["depth"])).diagnosis
+    advised = found.words(MODULE).partition("; compare again with ")[2]
+    assert compare(mine, reference, *advised.split()) == 0
+
+
 def test_a_wrong_surface_is_explained_beside_its_background(reference, tmp_path):
     mine = with_sky(reference, tmp_path / "mine", 1e10, more=lambda pixels: pixels + np.float32(0.05))
     found = result_of(lfssao.compare(mine, reference, layers=["depth"])).diagnosis

@@ -5,7 +5,7 @@ import pytest
 from lfssao.cli.main import command_line
 from lfssao.samples import ROTATIONS
 from lfssao.verify.diagnosis.change import advice
-from lfssao.verify.diagnosis.hints import parameter_option, rotation_option, scaled_parameter_option
+from lfssao.verify.diagnosis.hints import parameter_option, rotation_option, scaled_parameter_option, scaled_text
 from lfssao.verify.diagnosis.sampling import other_turns
 
 
@@ -22,6 +22,19 @@ from lfssao.verify.diagnosis.sampling import other_turns
 )
 def test_render_reads_an_advised_parameter(option, pair):
     assert command_line().parse_args(["render", "statue", *option.split()]).parameter == [pair]
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.3, 1.01234567, 1.000345678, 1 - 1e-5])
+@pytest.mark.parametrize("value", [1.0, 1.5, 0.07])
+def test_an_advised_number_is_off_by_as_much_as_the_renderers(value, factor):
+    """A texture off by a factor that four digits do not show would be rendered as before."""
+    assert float(scaled_text(value, factor)) / value - 1 == pytest.approx(factor - 1, rel=5e-3)
+    (_, text), *_ = (
+        command_line()
+        .parse_args(["render", "statue", *scaled_parameter_option("power", value, (0.0, 8.0), factor).split()])
+        .parameter
+    )
+    assert text == scaled_text(value, factor)
 
 
 @pytest.mark.parametrize("own", ["none", "hash"])

@@ -25,6 +25,7 @@ from lfssao.verify.compare.source import Reference
 from lfssao.verify.compare.surface import Surface
 from lfssao.verify.diagnosis.change import Candidate
 from lfssao.verify.diagnosis.diagnose import Diagnosis, WrongTexture
+from lfssao.verify.diagnosis.hints import background_text
 from lfssao.verify.diagnosis.views import Sight, sight_of
 from lfssao.verify.judge import stage_inputs
 from lfssao.verify.verdict import Judgement
@@ -195,6 +196,7 @@ def _view_number(module: str) -> int:
 
 def _background_candidate(name: str, value: float) -> Candidate:
     """The candidate of a wrong background."""
-    usual, hint = ("infinity", f"--background {value:g}") if name in INFINITE_BACKGROUND else ("0", "")
-    words = f"background is {value:g} in place of {usual}"
+    text = background_text(value)
+    usual, hint = ("infinity", f"--background {text}") if name in INFINITE_BACKGROUND else ("0", "")
+    words = f"background is {text} in place of {usual}"
     return Candidate("background", (value,), words, 1.0, 1.0, 1.0, hint=hint)

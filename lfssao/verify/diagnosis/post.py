@@ -16,6 +16,7 @@ from lfssao.verify.diagnosis.change import (
     Axis,
     Change,
     Function,
+    Places,
     Problem,
     apply_border,
     cut,
@@ -23,11 +24,14 @@ from lfssao.verify.diagnosis.change import (
     plain,
     scaled,
 )
+from lfssao.verify.diagnosis.hints import scaled_text
 
 _SIGMAS = Axis(1e-5, 1.4, factor=True)
 # Relative tolerance of a renderer's sums, in addition to a quarter of the interval: renderers are far nearer than their
 # bounds.
 _ROUNDING = 2.0**-22
+_MOST_TAPS = 10_000  # of a texel's square
+Taps = tuple[FloatArray, NDArray[np.int64]]  # weights and places
 VISIBILITY = "1 - ao in place of ao"
 
 # Changes of the values of any texture of occlusion.
@@ -104,32 +108,47 @@ class Blur(Problem):
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """The sum over the square of taps with a margin for rounding."""
-        height, width = self.merged.shape
         weights, steps = self._weights()
         identity = np.ones(1), np.zeros(1, np.int64)
         across, down = ((weights, steps) if is_blurred else identity for is_blurred in (self.horizontal, self.vertical))
-        i = self.columns[:, None] + across[1]
-        j = self.rows[:, None] + down[1]
-        tap_rows = apply_border(j, height, self.border)[:, :, None]
-        tap_columns = apply_border(i, width, self.border)[:, None, :]
-        taps = self.merged[tap_rows, tap_columns]
-        w_i = np.broadcast_to(across[0], i.shape)
-        w_j = np.broadcast_to(down[0], j.shape)
-        if self.border in ("zero", "left out"):
-            w_i = w_i * ((i >= 0) & (i < width))
-            w_j = w_j * ((j >= 0) & (j < height))
-        if self.border == "left out":
-            w_i, w_j = (w / w.sum(axis=1, keepdims=True) for w in (w_i, w_j))
-        first, second = self.rounded
-        first_pass = second(np.einsum("kji,ki->kj", taps.astype(np.float64), first(w_i)))
-        blurred = np.einsum("kj,kj->k", first_pass, first(w_j))
+        is_wide = len(across[1]) * len(down[1]) > _MOST_TAPS
+        blurred = self._blurred_lines(across, down) if is_wide else self._blurred_squares(across, down)
         margin = self.interval_width / 4 + _ROUNDING * np.abs(blurred)
         return blurred - margin, blurred + margin
 
-    def _blur_option(self, factor: float) -> str:
-        return f"--blur {self.sigma * factor:.4g}"
+    def _blurred_squares(self, across: Taps, down: Taps) -> FloatArray:
+        """The blur, (K,), from the square of taps of each texel."""
+        height, width = self.merged.shape
+        w_i, i = self._line_taps(self.columns, across, width)
+        w_j, j = self._line_taps(self.rows, down, height)
+        taps = self.merged[j[:, :, None], i[:, None, :]]
+        first_pass = self.rounded[1](np.einsum("kji,ki->kj", taps.astype(np.float64), w_i))
+        return np.asarray(np.einsum("kj,kj->k", first_pass, w_j))
 
-    def _weights(self) -> tuple[FloatArray, NDArray[np.int64]]:
+    def _blurred_lines(self, across: Taps, down: Taps) -> FloatArray:
+        """The same from two passes over the texture: squares of wide blurs take gigabytes."""
+        height, width = self.merged.shape
+        columns, index = np.unique(self.columns, return_inverse=True)
+        along_rows = _line_matrix(*self._line_taps(columns, across, width), width)
+        first_pass = self.rounded[1](self.merged.astype(np.float64) @ along_rows.T)
+        along_columns = _line_matrix(*self._line_taps(np.arange(height), down, height), height)
+        return np.asarray((along_columns @ first_pass)[self.rows, index])
+
+    def _line_taps(self, places: Places, taps: Taps, size: int) -> Taps:
+        """Weights and texels, (K, T), of the taps of K places along a line of texels."""
+        weights, steps = taps
+        own = places[:, None] + steps
+        spread = np.broadcast_to(weights, own.shape)
+        if self.border in ("zero", "left out"):
+            spread = spread * ((own >= 0) & (own < size))
+        if self.border == "left out":
+            spread = spread / spread.sum(axis=1, keepdims=True)
+        return self.rounded[0](spread), apply_border(own, size, self.border)
+
+    def _blur_option(self, factor: float) -> str:
+        return f"--blur {scaled_text(self.sigma, factor)}"
+
+    def _weights(self) -> Taps:
         """Weights and offsets of the taps along one axis."""
         radius = int(np.ceil(self.reach * self.sigma))
         steps = np.arange(-radius, radius + 1)
@@ -190,6 +209,13 @@ class Shade(Problem):
         if self.merged is not None:
             changes.append(plain("merged in place of blurred", lambda p: p.changed(occlusion=p.merged)))
         return [*changes, *texture_changes(self)]
+
+
+def _line_matrix(weights: FloatArray, places: Places, size: int) -> FloatArray:
+    """Weights, (K, size), of all texels of a line; a texel that several taps read has their sum."""
+    matrix = np.zeros((len(weights), size))
+    np.add.at(matrix, (np.arange(len(weights))[:, None], places), weights)
+    return matrix
 
 
 def half(values: NDArray[Any]) -> FloatArray:

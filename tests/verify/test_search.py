@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lfssao.verify.diagnosis.change import Axis, Change, Problem, fixed, scaled
-from lfssao.verify.diagnosis.search import Sample, Search
+from lfssao.verify.diagnosis.search import Sample, Search, pair
 
 RIGHT = np.linspace(0.2, 0.9, 400)
 
@@ -132,6 +132,14 @@ def test_a_value_is_found_and_one_at_the_end_of_its_range_is_none(planted, fits)
 ])  # fmt: skip
 def test_a_value_reads_as_a_change(axis, step, text):
     assert axis.text(float(step)) == text
+
+
+def test_a_name_with_braces_is_told_as_it_is():
+    """Other views are named by their folders, which may have any name."""
+    braces = fixed("the depth of left of a{b}")
+    assert braces.text(()) == "the depth of left of a{b}"
+    joined, steps = pair(braces, (), scaled("factor", lambda p, f: p, Axis(1e-5, 1.0)), (0.5,))
+    assert joined.text(steps) == "the depth of left of a{b} and factor x + 0.5"
 
 
 def test_two_changes_at_once_are_found_if_one_explains_half():

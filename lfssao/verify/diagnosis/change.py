@@ -180,9 +180,14 @@ class Change:
         return self.words.format(*(axis.text(step) for axis, step in zip(self.axes, steps, strict=True)))
 
 
+def literal(name: str) -> str:
+    """A name as words of a change: folders of other views may have braces in their names."""
+    return name.replace("{", "{{").replace("}", "}}")
+
+
 def plain(kind: str, apply: Callable[[Any], Any], **more: Any) -> Change:
     """A change without values."""
-    return Change(kind, lambda problem, _: apply(problem), kind, **more)
+    return Change(kind, lambda problem, _: apply(problem), literal(kind), **more)
 
 
 def fixed(kind: str, **fields: Any) -> Change:

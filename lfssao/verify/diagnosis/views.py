@@ -23,7 +23,7 @@ from lfssao.optics.kernels.rays import write_lines
 from lfssao.optics.quilt import SPACINGS, Quilt
 from lfssao.optics.view import DIFFUSERS, View, WorldToImage
 from lfssao.verify.bounds.bounds import FloatArray
-from lfssao.verify.diagnosis.change import Axis, Change
+from lfssao.verify.diagnosis.change import Axis, Change, literal
 
 _PARALLEL = 1e-6  # difference of axes of parallel cameras
 CORNERS = "texel corners in place of centres"
@@ -197,7 +197,7 @@ def _sight_change(kind: str, make: Callable[..., Sight], *axes: Axis, words: str
         except InputError:
             return None
 
-    return Change(kind, apply, words or kind, axes, shared=True)
+    return Change(kind, apply, words or literal(kind), axes, shared=True)
 
 
 _FACTOR = Axis(1e-5, 0.7, factor=True, number=14)

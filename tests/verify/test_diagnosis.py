@@ -261,6 +261,8 @@ GBUFFER = [
     positions("shift of u and v", lambda r, x, y: r.unprojected(0.5 + x, 0.5 + y), *SHIFT, *SHIFT),
     positions("shift of v", lambda r, y: r.unprojected(v=0.5 + y), *SHIFT),
     positions("depth of half precision", lambda r: r.unprojected(depth=r.depth.astype(np.float16))),
+    positions("rows from below", lambda r: r.positions[::-1]),
+    positions("columns from the right", lambda r: r.positions[:, ::-1]),
     positions("v flipped", lambda r: r.unprojected(v=HEIGHT - 0.5 - 2 * np.indices(r.depth.shape)[0])),
     color("stored in sRGB", lambda r: encoded(r.color)),
     color("red and blue exchanged", lambda r: r.color[..., ::-1]),

@@ -16,6 +16,7 @@ from lfssao.verify.bounds.depth import ROUNDINGS
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.ssao import project_positions
 from lfssao.verify.diagnosis.change import (
+    FLIPS,
     Axis,
     Change,
     Function,
@@ -234,9 +235,11 @@ class Positions(Problem):
         u = self.columns + middle + self.shift[0]
         v = self.rows + middle + self.shift[1]
         margin = error + np.array([self.model.centre, self.model.centre, 0.0])
-        margin[:, 2] += ROUNDINGS * self.model.operation * float(np.abs(depth).max(initial=0.0))
+        shows_surface = np.isfinite(self.depth)  # a flipped texture shows none at some texels
+        margin[:, 2] += ROUNDINGS * self.model.operation * float(np.abs(depth[shows_surface]).max(initial=0.0))
         positions = self.mine + (np.stack([u, v, depth], axis=-1) - points)
-        return positions - margin, positions + margin
+        low, high = (np.where(shows_surface[:, None], end, np.inf) for end in (positions - margin, positions + margin))
+        return low, high
 
     def with_sight(self, sight: Sight) -> "Positions":
         """Positions with another sight."""
@@ -259,6 +262,7 @@ class Positions(Problem):
         changes += [
             plain("u flipped", lambda p: p.changed(columns=width - 1 - p.columns)),
             plain("v flipped", lambda p: p.changed(rows=height - 1 - p.rows)),
+            *FLIPS,
             plain("depth of half precision", lambda p: p.changed(depth=half(p.depth))),
             plain("positions of half precision", lambda p: p.changed(rounded=half)),
             *shifts(lambda p, u, v: p.changed(shift=(u, v))),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import isclose
 
 from lfssao.verify.compare.result import Result
-from lfssao.verify.diagnosis.change import Candidate, advice, one_of, percent
+from lfssao.verify.diagnosis.change import Candidate, advice, one_of, percent, share_of
 
 _EQUAL = 1e-3  # relative difference of values that are one
 
@@ -62,19 +62,26 @@ def _cause(best: Candidate, results: Sequence[Result]) -> Cause:
     names = list(dict.fromkeys("AO" if layer.startswith("ao_") and len(layers) > 1 else layer for layer in layers))
     layer_names = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
     module_names = next(iter(modules)) if len(modules) == 1 else f"{len(modules)} modules"
-    wrong = sum(r.diagnosis.wrong for r in results if r.diagnosis is not None)
-    shares = [(own.explained, r.diagnosis.wrong) for r in results if r.diagnosis and (own := _own_candidate(r, best))]
-    explained = sum(share * number for share, number in shares) / (wrong or 1)
     others = _equal_candidates(best, results)
     if best.kind == "background":
         words = f"{best.words} in {layer_names} of {module_names}"
     else:
-        changes = one_of([best, *others])
-        words = f"{changes} explains {layer_names} of {module_names} ({percent(explained)} of {wrong} wrong texels)"
+        words = f"{one_of([best, *others])} explains {layer_names} of {module_names} ({_shares(best, results)})"
     places = tuple(r.place for r in results)
     equal = tuple(other.kind for other in others)
     words += advice(best.hint)
     return Cause(best.kind, equal, best.values, words, tuple(modules), tuple(layers), places, best.hint)
+
+
+def _shares(best: Candidate, results: Sequence[Result]) -> str:
+    """The shares of all textures' wrong texels that a change explains and decides, in words."""
+    found = [(own, r.diagnosis) for r in results if r.diagnosis and (own := _own_candidate(r, best))]
+    wrong = sum(diagnosis.wrong for _, diagnosis in found)
+    explained = sum(own.explained * diagnosis.wrong for own, diagnosis in found) / (wrong or 1)
+    decided = sum(own.decided * diagnosis.wrong for own, diagnosis in found) / (wrong or 1)
+    left_out = sum(diagnosis.left_out for _, diagnosis in found)
+    words = f"{percent(explained)} of {wrong} wrong texels, {share_of(decided)} decided"
+    return f"{words}, without {left_out} of which a sample leaves the texture" if left_out else words
 
 
 def _equal_candidates(best: Candidate, results: Sequence[Result]) -> list[Candidate]:

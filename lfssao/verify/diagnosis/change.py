@@ -269,3 +269,8 @@ def one_of(candidates: Sequence[Candidate]) -> str:
 def percent(share: float) -> str:
     """A share in percent, never rounded up to 100."""
     return f"{min(100 * share, 99.99) if share < 1 else 100:.2f} %"
+
+
+def share_of(share: float) -> str:
+    """A share of texels: 'all', or in percent."""
+    return "all" if share == 1 else percent(share)

@@ -5,7 +5,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lfssao.verify.diagnosis.change import OUTSIDE, Candidate, Change, Places, Problem, advice, one_of, percent
+from lfssao.verify.diagnosis.change import (
+    OUTSIDE,
+    Candidate,
+    Change,
+    Places,
+    Problem,
+    advice,
+    one_of,
+    percent,
+    share_of,
+)
 from lfssao.verify.diagnosis.estimated import TOLERANCE, Estimated
 from lfssao.verify.diagnosis.problems import Texture
 from lfssao.verify.diagnosis.search import DECIDED, NEAR, ROUGH, Sample, Search, Trial, pair
@@ -61,18 +71,19 @@ class Diagnosis:
         if self.too_few:
             few = "texel is" if self.wrong == 1 else "texels are"
             return f"{prefix}{self.wrong} wrong {few} too few to tell a cause in {module}"
+        without = f"without {self.left_out} of which a sample leaves the texture" if self.left_out else ""
         if not self.candidates:
-            share = f"(best {percent(max(self.nearest, 0.0))} of {self.wrong} wrong texels)"
-            return f"{prefix}no setting of {self.subject} comes near {module} {share}"
+            best_share = f"best {percent(max(self.nearest, 0.0))} of {self.wrong} wrong texels"
+            share = f"{best_share}, {without}" if without else best_share
+            return f"{prefix}no setting of {self.subject} comes near {module} ({share})"
+        rest = f" ({without})" if without else ""
         best = self.candidates[0]
         number = f"the {self.wrong} wrong texels of {module}"
         if not self.fits:
             nearest = f"the nearest, {best.words}, explains {percent(best.explained)}"
-            return f"{prefix}no change that was tried explains {number}; {nearest}"
-        decided = "all" if best.decided == 1 else percent(best.decided)
+            return f"{prefix}no change that was tried explains {number}{rest}; {nearest}"
         changes = one_of(self.candidates[: max(self.equal, 1)])
-        explanation = f"{changes} explains {percent(best.explained)} of {number} and decides {decided}"
-        rest = f" (without {self.left_out} of which a sample leaves the texture)" if self.left_out else ""
+        explanation = f"{changes} explains {percent(best.explained)} of {number} and decides {share_of(best.decided)}"
         return f"{prefix}{explanation}{rest}{advice(best.hint)}"
 
 

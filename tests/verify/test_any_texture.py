@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from compare_folders import ordered
+from compare_folders import changed, ordered, remade
 from jobs import manifest_of, render
 from planted_bugs import Renderer, moved, turned, turns_of
 
@@ -159,3 +159,14 @@ def test_a_cause_that_explains_another_texture_and_half_of_this_one_makes_a_repo
     report = compared(folder("display"), tmp_path / "mine", {name: own})
     found = [result.diagnosis for result in report.results if result.layer == "ao_1" and result.diagnosis]
     assert [each.candidates[0].kind for each in found] == ["samples are not turned"]
+
+
+@pytest.mark.parametrize("size", ["24x1", "1x24"])
+def test_a_texture_of_one_line_makes_a_report(size, tmp_path):
+    """No normals are made from the positions of a line."""
+    job = "statue", "--display", "sample-a", "--modules", "9", "--resolution", size, "--radii", "9%"
+    folder = render(tmp_path / "reference", *job, "--estimator", "alchemy", "--normals")
+    change = remade("ao_1", lambda pixels: np.random.default_rng(1).random(pixels.shape, np.float32))
+    (found,) = lfssao.compare(changed(folder, tmp_path / "mine", "module_009", change), folder, layers=["ao_1"]).results
+    assert found.diagnosis.wrong >= 6
+    assert not found.diagnosis.fits

@@ -263,7 +263,8 @@ class Estimated(Problem):
     def _normal_changes(self) -> Iterator[Change]:
         """Yield normals of another sign, space, precision or source."""
         yield with_buffers("normals with the other sign", normals=lambda b: -np.asarray(b.normals))
-        yield with_buffers("normals made from positions", normals=cache(face_normals))
+        if min(self.buffers.depth.shape) > 1:  # a line of texels has no differences across it
+            yield with_buffers("normals made from positions", normals=cache(face_normals))
         yield with_buffers("normals of half precision", normals=lambda b: half(np.asarray(b.normals)))
         axes = view_axes(self.sight.view)
         for name, axis in zip("xyz", axes, strict=True):

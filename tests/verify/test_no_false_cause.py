@@ -480,6 +480,22 @@ def test_four_texels_that_no_change_makes_wrong_have_no_cause(job_of, tmp_path):
         assert causes == [], words
 
 
+@pytest.mark.parametrize("number", [3e38, -1e30])
+def test_positions_of_any_number_have_no_cause(number, job_of, tmp_path):
+    """A margin of the largest position would let a pinhole explain them: all others would lie in their intervals."""
+    job = job_of("lf", "flat")
+    seen = np.argwhere(np.isfinite(job.buffers.depth))
+
+    def change(pixels):
+        pixels = pixels.copy()
+        pixels[tuple(generator("any number").permutation(seen)[:30].T)] = number
+        return pixels
+
+    mine = changed(job.folder, tmp_path / "mine", job.name, remade("positions", change))
+    report = lfssao.compare(mine, job.folder, layers=["positions"])
+    assert (report.exit_code, report.causes) == (2, ())
+
+
 WALL = np.array([[[-2, -2, 0], [2, -2, 0], [2, 2, 0]], [[-2, -2, 0], [2, 2, 0], [-2, 2, 0]]], float)
 
 

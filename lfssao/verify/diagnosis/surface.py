@@ -210,13 +210,21 @@ class Positions(Problem):
     shift: tuple[float, float] = (0.0, 0.0)
     rounded: Function | None = None  # applied to right positions; the interval is then theirs
 
-    independent_fields: ClassVar = {"image_points": frozenset({"columns", "rows", "depth", "shift"})}
+    independent_fields: ClassVar = {
+        "image_points": frozenset({"columns", "rows", "depth", "shift"}),
+        "_size": frozenset({"columns", "rows", "depth", "shift", "mine", "sight", "rounded"}),
+    }
+
+    @cached_property
+    def _size(self) -> float:
+        """The largest coordinate of right positions: one of the renderer's own may be any number."""
+        points = self.sight.points(self.columns, self.rows, self.depth)
+        return float(np.abs(points[np.isfinite(points)]).max(initial=0.0))
 
     @cached_property
     def image_points(self) -> tuple[FloatArray, FloatArray]:
         """Image points of the positions, u, v in texels and image z, (K, 3), and their errors."""
-        size = float(np.abs(self.mine[np.isfinite(self.mine)]).max(initial=0.0))
-        coordinate_error = np.full(self.mine.shape, ROUNDINGS * self.model.operation * size)
+        coordinate_error = np.full(self.mine.shape, ROUNDINGS * self.model.operation * self._size)
         points, error, _ = project_positions(self.mine, coordinate_error, self.sight.mapping, self.model)
         return np.where(error[:, :1] > -np.inf, points, np.nan), np.maximum(error, 0.0)
 

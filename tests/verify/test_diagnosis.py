@@ -415,6 +415,24 @@ def test_two_bugs_at_once_are_named_together(bug, number, folder, tmp_path):
     assert found.words("module_008").startswith(f"{words} explains ")
 
 
+def test_changes_tie_with_the_texels_whose_samples_leave_the_texture_too(folder, tmp_path, monkeypatch):
+    searched, retry = WrongTexture._searched, WrongTexture._retry
+
+    def twins(texture, *given):
+        first = searched(texture, *given)[0]
+        return [first, replace(first, change=replace(first.change, kind="twin"))]
+
+    def with_twin(texture, known, changes, *given):
+        return retry(texture, known, {**changes, "twin": replace(changes["shift of v"], kind="twin")}, *given)
+
+    monkeypatch.setattr(WrongTexture, "_searched", twins)
+    monkeypatch.setattr(WrongTexture, "_retry", with_twin)
+    r = renderer(folder("display"))
+    found = compared(r, tmp_path, ao_2=r.ao(image=moved(0, 0.3)))["ao_2"].diagnosis
+    assert [candidate.kind for candidate in found.candidates[: found.equal]] == ["shift of v", "twin"]
+    assert found.left_out == 0
+
+
 def test_noise_is_explained_by_nothing(folder, tmp_path):
     r = renderer(folder("display"))
     found = compared(r, tmp_path, ao_2=np.random.default_rng(5).random(r.depth.shape))["ao_2"].diagnosis

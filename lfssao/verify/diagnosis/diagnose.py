@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
@@ -250,14 +251,17 @@ class WrongTexture(Texture):
         if any(candidate.kind not in by_kind for candidate in known):
             by_kind |= {change.kind: change for change in small.problem.solved(small.wrong)}
         retried = (self._retry(candidate, by_kind, large, counted) for candidate in known)
-        best = next((trial for trial in retried if trial is not None), None)
+        # Changes that explain all other texels equally well stay several.
+        again = list(islice((trial for trial in retried if trial is not None), None if borders else 1))
+        best = again[0] if again else None
         if best is None and borders:
             best = self._with_border(known[0], by_kind, counted)
+            again = [best] if best is not None else []
         if best is None and not search:
             return None
         search_changes = Search(tiny, small, large, changes)
-        trials = [best] if best is not None else self._searched(search_changes, sampler, counted)
-        tried = [best] if best is not None else [counted.trial(t.change, t.steps) for t in trials[:_MOST_CANDIDATES]]
+        trials = again or self._searched(search_changes, sampler, counted)
+        tried = again or [counted.trial(t.change, t.steps) for t in trials[:_MOST_CANDIDATES]]
         statistics = (1.0 - counted.before, len(counted.weights), len(wrong))
         subject = self.case.parameters["estimator"] if self.name in self.layers else f"the reference's {self.name}"
         least_decided = DECIDED if best is None or not best.change.shared else _DECIDED_AGAIN

@@ -415,7 +415,7 @@ def test_two_bugs_at_once_are_named_together(bug, number, folder, tmp_path):
     assert found.words("module_008").startswith(f"{words} explains ")
 
 
-def test_changes_tie_with_the_texels_whose_samples_leave_the_texture_too(folder, tmp_path, monkeypatch):
+def test_changes_tie_in_all_textures_and_with_texels_whose_samples_leave_them(folder, tmp_path, monkeypatch):
     searched, retry = WrongTexture._searched, WrongTexture._retry
 
     def twins(texture, *given):
@@ -428,9 +428,11 @@ def test_changes_tie_with_the_texels_whose_samples_leave_the_texture_too(folder,
     monkeypatch.setattr(WrongTexture, "_searched", twins)
     monkeypatch.setattr(WrongTexture, "_retry", with_twin)
     r = renderer(folder("display"))
-    found = compared(r, tmp_path, ao_2=r.ao(image=moved(0, 0.3)))["ao_2"].diagnosis
-    assert [candidate.kind for candidate in found.candidates[: found.equal]] == ["shift of v", "twin"]
-    assert found.left_out == 0
+    shifted = {f"ao_{k}": r.ao(k, image=moved(0, 0.3)) for k in (1, 2)}
+    for result in compared(r, tmp_path, **shifted).values():
+        found = result.diagnosis
+        assert [candidate.kind for candidate in found.candidates[: found.equal]] == ["shift of v", "twin"]
+        assert found.left_out == 0
 
 
 def test_noise_is_explained_by_nothing(folder, tmp_path):

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 
 import numpy as np
 
@@ -251,8 +250,7 @@ class WrongTexture(Texture):
         if any(candidate.kind not in by_kind for candidate in known):
             by_kind |= {change.kind: change for change in small.problem.solved(small.wrong)}
         retried = (self._retry(candidate, by_kind, large, counted) for candidate in known)
-        # Changes that explain all other texels equally well stay several.
-        again = list(islice((trial for trial in retried if trial is not None), None if borders else 1))
+        again = [trial for trial in retried if trial is not None]  # those that explain equally well stay several
         best = again[0] if again else None
         if best is None and borders:
             best = self._with_border(known[0], by_kind, counted)

@@ -86,6 +86,20 @@ def test_a_background_of_occlusion_is_named(reference, tmp_path):
     assert found.diagnosis.words(MODULE) == f"background is 1 in place of 0 in {MODULE}, whose surface is right"
 
 
+@pytest.mark.parametrize(("value", "text", "advice"), [
+    (np.nan, "NaN", ""), (1.0, "1", "; compare again with --background 1"),
+])  # fmt: skip
+def test_backgrounds_are_told_by_what_they_stand_for_and_nan_without_an_option(
+    reference, tmp_path, value, text, advice
+):
+    mine = with_sky(reference, tmp_path / "mine", value, ("depth", "positions", "ao_1"))
+    report = lfssao.compare(mine, reference)
+    words = [cause.words for cause in report.causes]
+    assert words == [f"background is {text} in place of infinity in depth and positions of {MODULE}{advice}",
+                     f"background is {text} in place of 0 in ao_1 of {MODULE}"]  # fmt: skip
+    assert [r.layer for r in report.results if r.verdict.code > 1] == ["depth", "positions", "ao_1"]
+
+
 def test_nan_is_no_background_that_is_accepted(reference):
     with pytest.raises(lfssao.InputError, match="background is NaN"):
         lfssao.compare(reference, reference, background=float("nan"))

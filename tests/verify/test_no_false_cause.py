@@ -33,7 +33,10 @@ ESTIMATORS = {
     "oriented-hemisphere": {},
     "alchemy": {},
     "sao": {"gauss": 0, "quad_edge": 0},
+    "sao-equation-1": {"gauss": 0, "quad_edge": 0},
     "hbao": {"directions": 6, "steps": 4, "bias": 15},
+    "gtao": {"slices": 2, "steps": 4},
+    "visibility-bitmask": {"slices": 2, "steps": 4},
     "vo-points": {"thickness": 0.3},
     "vo-lines": {"thickness": 0.3},
     "vo-area": {},
@@ -42,7 +45,7 @@ ESTIMATORS = {
 COUNTED = "lf", "point", "hemisphere"  # whose occlusion is a share of samples, by a renderer of its own
 UNBOUNDED = ("vo-area",)  # of which no interval is known on cameras
 TURNED = {"hbao": "tiles", "vo-points": "hash", "vo-lines": "ign"}  # others turn by their default
-# Textures of each estimator and view, explained and not: 308 of each sort, in 20 minutes, with LFSSAO_WHOLE=1; else one
+# Textures of each estimator and view, explained and not: 392 of each sort, in 30 minutes, with LFSSAO_WHOLE=1; else one
 # of each of three estimators. One search of lf is 1,657 trials in 1.2 s of processor time.
 WHOLE = bool(os.environ.get("LFSSAO_WHOLE"))
 PER_VIEW = 7 if WHOLE else 1

@@ -25,15 +25,20 @@ def background_value(name: str, mine: NDArray[Any], depth: NDArray[Any]) -> floa
         return None
     texels = np.reshape(mine, (mine.shape[0] * mine.shape[1], -1))
     value = float(texels[empty[len(empty) // 2], 0])
-    if value == (np.inf if name in INFINITE_BACKGROUND else 0.0) or np.isnan(value):
+    if value == (np.inf if name in INFINITE_BACKGROUND else 0.0):
         return None
-    values = texels[empty]
-    return value if np.mean(np.all(values == values.dtype.type(value), axis=1)) >= _LEAST_SHARE else None
+    return value if np.mean(_has_value(texels[empty], value)) >= _LEAST_SHARE else None
+
+
+def _has_value(texels: NDArray[Any], value: float) -> Flags:
+    """Flags of the texels, (N, C), all of whose numbers are a value; NaN is itself here."""
+    flags: Flags = np.all(np.isnan(texels) if np.isnan(value) else texels == texels.dtype.type(value), axis=1)
+    return flags
 
 
 def with_infinity(mine: NDArray[Any], value: float) -> tuple[NDArray[Any], Flags]:
     """Depth or positions with infinity in place of a value, and flags of the texels, (H, W), that had the value."""
-    flags = np.all(np.reshape(mine == mine.dtype.type(value), (*mine.shape[:2], -1)), axis=2)
+    flags = _has_value(mine.reshape(mine.shape[0] * mine.shape[1], -1), value).reshape(mine.shape[:2])
     texture = mine.copy()
     texture[flags] = np.inf
     return texture, flags

@@ -47,8 +47,10 @@ def _own_candidate(result: Result, candidate: Candidate) -> Candidate | None:
 
 
 def _same_candidate(candidates: Sequence[Candidate], candidate: Candidate) -> Candidate | None:
-    """The first of the candidates that is the same change with the same values."""
+    """The first of the candidates that is the same change with the same values; a background is in place of one."""
     for own in candidates:
+        if own.kind == "background" and own.words != candidate.words:
+            continue
         if own.kind == candidate.kind and len(own.values) == len(candidate.values):
             pairs = zip(own.values, candidate.values, strict=True)
             if all(isclose(a, b, rel_tol=_EQUAL) for a, b in pairs):

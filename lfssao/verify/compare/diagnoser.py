@@ -6,6 +6,7 @@ from contextlib import suppress
 from functools import cached_property, lru_cache, partial
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from lfssao.errors import InputError
@@ -195,7 +196,10 @@ def _view_number(module: str) -> int:
 
 
 def _background_candidate(name: str, value: float) -> Candidate:
-    """The candidate of a wrong background."""
+    """The candidate of a wrong background; NaN is none that could be accepted."""
+    if np.isnan(value):
+        usual = "infinity" if name in INFINITE_BACKGROUND else "0"
+        return Candidate("background", (), f"background is NaN in place of {usual}", 1.0, 1.0, 1.0)
     text = background_text(value)
     usual, hint = ("infinity", f"--background {text}") if name in INFINITE_BACKGROUND else ("0", "")
     words = f"background is {text} in place of {usual}"

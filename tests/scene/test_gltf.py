@@ -456,6 +456,20 @@ def changed(*path, value=None):
     return made
 
 
+def test_bytes_behind_a_glb_are_noted(tmp_path):
+    made = changed("nodes", 0, "translation", value=[1, 0, 0])
+    path = made.save(tmp_path / "a.glb")
+    path.write_bytes(path.read_bytes() + b"12345")
+    mesh = load_scene(path)
+    assert (len(mesh.faces), mesh.notes) == (2, ("5 bytes after its end are left out",))
+
+
+def test_the_last_row_of_a_matrix_may_be_rounded(tmp_path):
+    matrix = [1.0, 0, 0, 1e-7, 0, 1, 0, 0, 0, 0, 1, 0, 4, 5, 6, 0.9999999]
+    made, plain = changed("nodes", 0, "matrix", value=matrix), changed("nodes", 0, "name", value="plain")
+    assert np.allclose(load(made, tmp_path).vertices - load(plain, tmp_path).vertices, [4, 5, 6])
+
+
 @pytest.mark.parametrize(("path", "value", "words"), [
     (("asset",), None, "it is no glTF 2.0: asset.version is missing"),
     (("asset", "version"), "1.0", r"it is glTF 1\.0 \(asset\.version\), only 2\.0 is read"),

@@ -33,7 +33,7 @@ class File:
         self.images: dict[tuple[str, bool], Any] = {}
         self._needed: Counter[str] = Counter()
         self._buffers: dict[int, memoryview] = {}
-        text, self._binary = _chunks(self.name, data) if data[:4] == b"glTF" else (data, None)
+        text, self._binary = _chunks(self.name, data, assets) if data[:4] == b"glTF" else (data, None)
         try:
             values = json.loads(text.decode("utf-8-sig"))
         except (ValueError, RecursionError) as error:
@@ -130,13 +130,15 @@ class File:
         return found[0], found[1]
 
 
-def _chunks(name: str, data: bytes) -> tuple[bytes, bytes | None]:
+def _chunks(name: str, data: bytes, assets: Assets) -> tuple[bytes, bytes | None]:
     """Return the JSON and the binary chunk of a GLB."""
     version, length = (int.from_bytes(data[start : start + 4], "little") for start in (4, 8))
     if len(data) < 12 or length > len(data):
         raise InputError(f"{name}: it ends too early: its header declares {length} bytes, there are {len(data)}")
     if version != 2:
         raise InputError(f"{name}: it is a GLB of version {version}, that of glTF {version}.0; only 2.0 is read")
+    if length < len(data):
+        assets.note(f"{len(data) - length} bytes after its end are left out")
     chunks: dict[int, bytes] = {}
     start = 12
     while start + 8 <= length:

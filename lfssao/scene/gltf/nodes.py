@@ -7,6 +7,8 @@ from lfssao.scene.gltf.accessors import read_numbers
 from lfssao.scene.gltf.file import File
 from lfssao.scene.gltf.item import Item
 
+_ROUNDED = 1e-6  # by how much a program's float32 may miss the last row of an affine matrix
+
 Rows = tuple[tuple[float, float, float, float], ...]
 
 _UNIT = 0.01  # by how much the length of a quaternion may differ from 1: old exporters round to few digits
@@ -138,7 +140,7 @@ def _local(node: Item) -> Rows | None:
         if own:
             raise node.fault(f"it has a matrix and a {min(own)}, of which glTF allows one")
         m = node.numbers("matrix", 16)
-        if m[3::4] != [0.0, 0.0, 0.0, 1.0]:
+        if any(abs(x - right) > _ROUNDED for x, right in zip(m[3::4], (0.0, 0.0, 0.0, 1.0), strict=True)):
             raise node.must("matrix", "affine, with 0, 0, 0, 1 as its last row")
         return tuple((m[row], m[row + 4], m[row + 8], m[row + 12]) for row in range(3))
     if not own:

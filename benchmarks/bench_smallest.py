@@ -131,9 +131,11 @@ def errors(r: Renderer) -> Iterator[tuple[str, str, str, str, float, Make]]:
         1e-6,
         partial(of_display, "screen_height", factor=True),
     )
-    yield "k1", "", "ao_1", "k1", 1e-6, partial(of_module, "k1", factor=False)
+    for name in ("k1", "k2"):
+        yield name, "", "ao_1", name, 1e-6, partial(of_module, name, factor=False)
     yield "ROI scale", "factor - 1", "ao_1", "ROI scale", 1e-6, partial(of_place, axis=-1)
-    yield "ROI offset in z", "m", "ao_1", "ROI offset in z", 1e-7, partial(of_place, axis=2)
+    for axis, name in enumerate("xyz"):
+        yield f"ROI offset in {name}", "m", "ao_1", f"ROI offset in {name}", 1e-7, partial(of_place, axis=axis)
     yield "sigma of the blur", "factor - 1", "blurred", "sigma", 1e-7, lambda s: lfssao.blur(r.merged, 1.3 * (1 + s))
 
 
@@ -180,17 +182,19 @@ def main() -> int:
     """Print the table and write JSON."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results/smallest.json"))
-    target, rows = options.parse_args().output, []
+    options.add_argument("--only", help="rows whose name begins so")
+    given = options.parse_args()
+    target, rows, only = given.output, [], given.only or ""
     with tempfile.TemporaryDirectory() as folder:
         r = Renderer(Path(folder))
         print("| wrong | first that is outside | first that is named | ratio |\n|---|---|---|---|")
-        for what, unit, layer, kind, least, make in errors(r):
+        for what, unit, layer, kind, least, make in (row for row in errors(r) if row[0].startswith(only)):
             outside, first = smallest(r, layer, kind, least, make)
             ratio = f"{first / outside:.1f}" if first and outside else "-"
             cells = [f"{x:.2g} {unit}".strip() if x else "-" for x in (outside, first)]
             print(f"| {what} | {cells[0]} | {cells[1]} | {ratio} |", flush=True)
             rows.append({"wrong": what, "unit": unit, "outside": outside, "named": first})
-        for what, kind, texture in discrete(r):
+        for what, kind, texture in (row for row in discrete(r) if row[0].startswith(only)):
             report = r.compared("ao_1", texture, True)
             print(
                 f"| {what} | {'yes' if report.exit_code == 2 else 'no'} | {'yes' if named(report, kind) else 'no'} | |"

@@ -21,7 +21,7 @@ from lfssao.core.vectors import Vector, cross, dot
 from lfssao.errors import InputError
 
 _ANGLE = 2.399963  # between points of the kernel
-_TURN = 2 * 3.1415962  # radians by noise 1, with its pi
+_CIRCLE = 2 * 3.1415962  # radians of noise 1, with its pi
 RANGE_CHECKS = "smoothstep", "none"
 
 
@@ -52,7 +52,7 @@ class Kernel(NamedTuple):
     far: Any
     right: Any
     bottom: Any
-    turn: Any
+    circle: Any
     texels: bool
     checked: bool
     anywhere: bool
@@ -66,7 +66,7 @@ class Kernel(NamedTuple):
         free = view.fork(dot(up, n) <= 0.99)
         t = cross(Vector(select(free, up.x, right.x), select(free, up.y, right.y), select(free, up.z, right.z)), n)
         t = (1 / np.sqrt(dot(t, t))) * t
-        b, (cosine, sine) = cross(n, t), view.cosine_and_sine(x * rounded(self.turn, 1, x))
+        b, (cosine, sine) = cross(n, t), view.cosine_and_sine(x * rounded(self.circle, 1, x))
         aside = (number(view.column(texel), z) + 0.5) + self.radius, number(view.row(texel), z) + 0.5
         aside = view.apart(view.point_at(aside[0], aside[1], z), p)
         reach = select(self.texels, np.sqrt(dot(aside, aside)), rounded(self.radius, 0, z))
@@ -141,7 +141,7 @@ def n8ao(buffers: Buffers, radius: float, points: FloatArray, weights: FloatArra
         far=kind(lens[5]),
         right=kind(width),
         bottom=kind(height),
-        turn=kind(_TURN),
+        circle=kind(_CIRCLE),
         texels=options.texels,
         checked=options.range_check == "smoothstep",
         anywhere=not options.around,

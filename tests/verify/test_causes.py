@@ -66,3 +66,14 @@ def test_texels_left_out_are_told_whether_the_others_have_a_cause_or_none(fits, 
         told = Diagnosis(fits, candidates, 1, 0.9, 1000, 100, left_out=left_out).words("M")
         assert told.startswith(words)
         assert told.count("without 5 of which a sample leaves the texture)") == (left_out > 0)
+
+
+def test_of_changes_that_explain_as_many_textures_one_of_the_view_comes_first():
+    view = replace(SHIFT, shared=True)
+    results = [
+        result("module_000", "ao_1", BIAS),
+        result("module_001", "ao_1", BIAS, view),
+        result("module_002", "ao_1", view),
+    ]
+    assert [cause.kind for cause in causes_of(results)] == [view.kind, BIAS.kind]
+    assert [cause.kind for cause in causes_of([*results, result("module_003", "ao_1", BIAS)])] == [BIAS.kind, view.kind]

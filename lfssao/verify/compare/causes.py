@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import isclose
 
 from lfssao.verify.compare.result import Result
@@ -27,17 +28,23 @@ class Cause:
 def causes_of(results: Sequence[Result]) -> tuple[Cause, ...]:
     """The fewest changes that explain all explained textures, the change of the most textures first.
 
-    A change may explain a texture with another best change, if it is among the texture's candidates.
+    Where two explain as many, a number of the view comes first. A change may explain a texture with another best
+    change, if it is among the texture's candidates.
     """
     unexplained = [r for r in results if r.diagnosis is not None and r.diagnosis.fits and r.diagnosis.candidates]
     causes = []
     while unexplained:
         candidates = [c for r in unexplained if r.diagnosis is not None for c in r.diagnosis.candidates]
-        best = max(candidates, key=lambda candidate: sum(_own_candidate(r, candidate) is not None for r in unexplained))
+        best = max(candidates, key=partial(_reach, unexplained))
         explained = [r for r in unexplained if _own_candidate(r, best) is not None]
         unexplained = [r for r in unexplained if r not in explained]
         causes.append(_cause(best, explained))
     return tuple(causes)
+
+
+def _reach(results: Sequence[Result], candidate: Candidate) -> tuple[int, bool]:
+    """How many textures a change explains, and whether it is one of the view."""
+    return sum(_own_candidate(r, candidate) is not None for r in results), candidate.shared
 
 
 def _own_candidate(result: Result, candidate: Candidate) -> Candidate | None:

@@ -28,7 +28,7 @@ class Cause:
 def causes_of(results: Sequence[Result]) -> tuple[Cause, ...]:
     """The fewest changes that explain all explained textures, the change of the most textures first.
 
-    Where two explain as many, a number of the view comes first. A change may explain a texture with another best
+    A number of the view comes first among changes of as many textures. A change may explain a texture with another best
     change, if it is among the texture's candidates.
     """
     unexplained = [r for r in results if r.diagnosis is not None and r.diagnosis.fits and r.diagnosis.candidates]

@@ -38,6 +38,13 @@ class Levels:
         return level_pyramid(self.buffers.depth, self.options.levels)
 
     @cached_property
+    def _radii(self) -> tuple[Tracked, Tracked]:
+        """R and its square, rounded as the kernels take them."""
+        dtype = self.buffers.depth.dtype.type
+        with np.errstate(over="ignore"):  # the square of a very large radius is infinite
+            return self.work.given(dtype(self.radius)), self.work.given(dtype(self.radius * self.radius))
+
+    @cached_property
     def _passed_on(self) -> dict[tuple[int, int, int], tuple[Tracked, Tracked]]:
         """Maximum and sum that texels of levels pass on, as far as they are known."""
         return {}
@@ -67,26 +74,21 @@ class Levels:
         """Return the occlusion of a texel of a level by the square of texels around it."""
         reach = self.options.kernel
         here, n = self._place(level, row, column), self._normal(level, row, column)
-        dtype = self.buffers.depth.dtype.type
-        radius = self.work.given(dtype(self.radius))
-        with np.errstate(over="ignore"):  # the square of a very large radius is infinite
-            squared = self.work.given(dtype(self.radius * self.radius))
         total = self.work.given(0)
         for j, i in product(range(-reach, reach + 1), repeat=2):
             if (j or i) and self._shows(level, row + j, column + i):
                 v = self._place(level, row + j, column + i) - here
-                total = total + formulas.obscured(v, n, radius, squared)
+                total = total + formulas.obscured(v, n, *self._radii)
         found: Tracked = total / ((2 * reach + 1) ** 2 - 1)
         return found
 
     def _upsampled(self, level: int, row: int, column: int) -> tuple[Tracked, Tracked]:
         """Return the weighted means of what the coarse texels around a texel pass on, its maximum and its sum."""
         here, n = self._place(level, row, column), self._normal(level, row, column)
-        radius = self.work.given(self.buffers.depth.dtype.type(self.radius))
         weights = peak = mean = self.work.given(0)
         for near, coarse in self._coarse(level, row, column):
             v = self._place(*coarse) - here
-            w = near * formulas.upsampling_weight(v, n, self._normal(*coarse), radius)
+            w = near * formulas.upsampling_weight(v, n, self._normal(*coarse), self._radii[0])
             most, total = self._carried(*coarse)
             weights, peak, mean = weights + w, peak + w * most, mean + w * total
         there = weights > 0

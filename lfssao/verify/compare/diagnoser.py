@@ -197,10 +197,9 @@ def _view_number(module: str) -> int:
 
 def _background_candidate(name: str, value: float) -> Candidate:
     """The candidate of a wrong background; NaN is none that could be accepted."""
-    if np.isnan(value):
-        usual = "infinity" if name in INFINITE_BACKGROUND else "0"
-        return Candidate("background", (), f"background is NaN in place of {usual}", 1.0, 1.0, 1.0)
-    text = background_text(value)
-    usual, hint = ("infinity", f"--background {text}") if name in INFINITE_BACKGROUND else ("0", "")
-    words = f"background is {text} in place of {usual}"
-    return Candidate("background", (value,), words, 1.0, 1.0, 1.0, hint=hint)
+    is_infinite = name in INFINITE_BACKGROUND
+    values = () if np.isnan(value) else (value,)
+    text = background_text(value) if values else "NaN"
+    hint = f"--background {text}" if is_infinite and values else ""
+    words = f"background is {text} in place of {'infinity' if is_infinite else '0'}"
+    return Candidate("background", values, words, 1.0, 1.0, 1.0, hint=hint)

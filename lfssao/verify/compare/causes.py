@@ -6,7 +6,7 @@ from functools import partial
 from math import isclose
 
 from lfssao.verify.compare.result import Result
-from lfssao.verify.diagnosis.change import Candidate, advice, one_of, percent, share_of
+from lfssao.verify.diagnosis.change import Candidate, advice, one_of, percent, share_of, without
 
 _EQUAL = 1e-3  # relative difference of values that are one
 
@@ -90,7 +90,7 @@ def _shares(best: Candidate, results: Sequence[Result]) -> str:
     decided = sum(own.decided * diagnosis.wrong for own, diagnosis in found) / (wrong or 1)
     left_out = sum(diagnosis.left_out for _, diagnosis in found)
     words = f"{percent(explained)} of {wrong} wrong texels, {share_of(decided)} decided"
-    return f"{words}, without {left_out} of which a sample leaves the texture" if left_out else words
+    return ", ".join(filter(None, [words, without(left_out)]))
 
 
 def _equal_candidates(best: Candidate, results: Sequence[Result]) -> list[Candidate]:

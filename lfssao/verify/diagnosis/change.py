@@ -274,3 +274,8 @@ def percent(share: float) -> str:
 def share_of(share: float) -> str:
     """A share of texels: 'all', or in percent."""
     return "all" if share == 1 else percent(share)
+
+
+def without(left_out: int) -> str:
+    """Words of wrong texels that were left out; empty if none were."""
+    return f"without {left_out} of which a sample leaves the texture" if left_out else ""

@@ -15,6 +15,7 @@ from lfssao.verify.diagnosis.change import (
     one_of,
     percent,
     share_of,
+    without,
 )
 from lfssao.verify.diagnosis.estimated import TOLERANCE, Estimated
 from lfssao.verify.diagnosis.problems import Texture
@@ -71,12 +72,11 @@ class Diagnosis:
         if self.too_few:
             few = "texel is" if self.wrong == 1 else "texels are"
             return f"{prefix}{self.wrong} wrong {few} too few to tell a cause in {module}"
-        without = f"without {self.left_out} of which a sample leaves the texture" if self.left_out else ""
         if not self.candidates:
             best_share = f"best {percent(max(self.nearest, 0.0))} of {self.wrong} wrong texels"
-            share = f"{best_share}, {without}" if without else best_share
-            return f"{prefix}no setting of {self.subject} comes near {module} ({share})"
-        rest = f" ({without})" if without else ""
+            shares = ", ".join(filter(None, [best_share, without(self.left_out)]))
+            return f"{prefix}no setting of {self.subject} comes near {module} ({shares})"
+        rest = f" ({without(self.left_out)})" if self.left_out else ""
         best = self.candidates[0]
         number = f"the {self.wrong} wrong texels of {module}"
         if not self.fits:

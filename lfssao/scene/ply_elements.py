@@ -4,6 +4,7 @@ import re
 import struct
 from array import array
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -97,18 +98,34 @@ def _header(path: Path, header: str) -> tuple[str, list[Element]]:
 
 def _read_text(path: Path, elements: list[Element], body: bytes, line: int, assets: Assets) -> None:
     """Fill all elements from text, read as if it were binary and all of it double; floats are rounded to float32."""
-    values = numbers(body, line)
+    try:
+        values = numbers(body, line)
+    except ValueError as error:
+        declared = _declared_text(elements, body)
+        if declared == body:
+            raise
+        try:
+            _read_text(path, elements, declared, line, assets)
+        except InputError:  # rows are longer than a line, so that the word stands in one of them
+            raise error from None
+        assets.note("text after its end is left out")
+        return
     taken = _read_rows(path, elements, values.data.cast("B"), "") // values.itemsize
     for element in elements:
         for name, kind, count in element.properties:
             if kind == "f4" and not count:
                 element.columns[name] = element.columns[name].astype(np.float32)
     if taken < len(values):
-        rows = sum(element.count for element in elements if element.properties)
-        first = [line for line in body.split(b"\n") if line.strip()][:rows]
-        if sum(len(line.split()) for line in first) != taken:
+        if len(_declared_text(elements, body).split()) != taken:
             raise InputError(f"{path}: it holds {len(values) - taken} numbers more than its header declares")
         assets.note(f"{len(values) - taken} numbers after its end are left out")
+
+
+def _declared_text(elements: list[Element], body: bytes) -> bytes:
+    """Return the first lines of a text that are not blank: as many as elements have rows."""
+    lines = re.finditer(rb"[^\n]*\S[^\n]*\n?", body)
+    rows = sum(element.count for element in elements if element.properties)
+    return b"".join(line[0] for line in islice(lines, rows))
 
 
 def _read_rows(path: Path, elements: list[Element], buffer: Any, order: str) -> int:

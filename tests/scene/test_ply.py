@@ -209,6 +209,7 @@ def test_bytes_after_the_end_are_noted(tmp_path):
     for content, note in (
         (square("binary_big_endian") + b"junk", "4 bytes after its end"),
         (square() + b"8 8\n8", "3 numbers after its end"),
+        (square() + b"\nthe end\n", "text after its end"),
     ):
         mesh = loaded(tmp_path, "a.ply", content)
         assert (area(mesh), note in mesh.notes[0]) == (4, True)
@@ -226,6 +227,7 @@ def test_bytes_after_the_end_are_noted(tmp_path):
     (TEXT.replace("4 0 1 2 3", "4.5 0 1 2 3"), "a list has no length"),
     (TEXT.replace("4 0 1 2 3", "-1 0 1 2 3"), "a list has no length"),
     (TEXT.replace("4 0 1 2 3", "4 0 1 2 x"), r"line 14: 'x' is no number"),
+    (TEXT.replace("4 0 1 2 3", "4\n0\n1\n2\nx"), r"line 18: 'x' is no number"),
     (TEXT.replace("4 0 1 2 3", "4 0 1-2 3"), r"line 14: '1-2' is no number"),
     (TEXT.replace("4 0 1 2 3", "4 0 1_0 2 3"), r"line 14: '1_0' is no number"),
     (TEXT.replace("4 0 1 2 3", "4 0 2 1 3"), "face 0 is a polygon of 4 corners that crosses itself"),

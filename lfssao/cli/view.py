@@ -55,8 +55,8 @@ def add_to(view: argparse.ArgumentParser) -> None:
     named = "picture to write, .png, with --orbit animated (default: DIR/eye.png or orbit.png)"
     add("-o", "--output", metavar="FILE", help=named)
     page = """write a page without network instead, on which the eye moves by mouse and keys and AO is switched; it
-        blends shaded textures linearly, within one 8-bit code of the picture, and shows flat screens, quilts and, in
-        the picture's bits, lenslet displays"""
+        blends shaded textures linearly, within one 8-bit code of the picture, and shows flat screens, quilts, stereo
+        pairs and, in the picture's bits, lenslet displays"""
     add("--html", metavar="FILE", help=page)
     add("--modules", type=module_range, metavar="A[:B]", help="modules or lenses A to B - 1, or A alone (default: all)")
     add("--layer", default="shaded", metavar="NAME", help="shaded, color, or ao_1, merged, ... (default: shaded)")
@@ -90,7 +90,7 @@ def _view(options: argparse.Namespace) -> None:
     display, entries = read_views(folder, options.layer, options.modules)
     options.width = options.width or WIDTH
     if isinstance(display, Quilt):
-        raise InputError(f"{folder}: its manifest: it describes a quilt, which an eye sees by --html alone")
+        raise InputError(f"{folder}: its manifest: it describes {display.TITLE}, which an eye sees by --html alone")
     if isinstance(display, LensletDisplay):
         scene = _lenses(display, entries, options)
     else:

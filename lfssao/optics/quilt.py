@@ -4,7 +4,7 @@ Physical space is that of ``lfssao.optics.display``: the screen lies in z = 0, t
 """
 
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import atan, degrees, sqrt
 from typing import ClassVar
 
 import numpy as np
@@ -61,6 +61,7 @@ class Quilt:
     KIND: ClassVar[str] = "quilt"
     WORDS: ClassVar[tuple[str, str]] = ("view", "views")
     TITLE: ClassVar[str] = "a quilt of cameras' views"
+    UNIT: ClassVar[str] = "metres"
 
     name: str
     columns: int
@@ -149,3 +150,36 @@ class Quilt:
         camera = Camera("perspective", tuple(eye), tuple(middle), up, self.screen_height * scale, *planes)
         view = camera.view(self.width, self.height, guard, shift=scale * self.eye_x(index), aspect=self.aspect)
         return replace(view, name=f"view_{index:03d}")
+
+
+@dataclass(frozen=True)
+class StereoPair(Quilt):
+    """The views of a left and a right eye as a quilt of two; its screen is the window that both eyes have."""
+
+    TITLE: ClassVar[str] = "a stereo pair"
+    UNIT: ClassVar[str] = "scene units"
+
+    @classmethod
+    def of_views(cls, left: View, right: View, separation: float) -> "StereoPair":
+        """Return the pair that ``Camera.stereo`` made of eyes ``separation`` apart; its ROI begins at the screen.
+
+        ZeroDivisionError or InputError if the views are no such pair.
+        """
+        width = left.width - 2 * left.guard
+        height = left.height - 2 * left.guard
+        f_u, f_v = left.lens[:2].tolist()
+        distance = f_u * separation / float(right.lens[2] - left.lens[2])
+        x = 0.5 * width * distance / f_u
+        y = 0.5 * height * distance / f_v
+        return cls(
+            name="stereo pair",
+            columns=2,
+            rows=1,
+            width=width,
+            height=height,
+            aspect=x / y,
+            screen_height=2 * y,
+            field_of_view=2 * degrees(atan(y / distance)),
+            view_cone=2 * degrees(atan(0.5 * separation / distance)),
+            roi=((-x, -y, 0.0), (x, y, distance)),
+        )

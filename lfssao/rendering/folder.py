@@ -16,9 +16,9 @@ from lfssao.files.whole import read_json
 from lfssao.optics.display import Display
 from lfssao.optics.display_file import Views, set_of
 from lfssao.optics.lenslet import LensletDisplay
-from lfssao.optics.quilt import Quilt
+from lfssao.optics.quilt import Quilt, StereoPair
 from lfssao.optics.view import without_guard
-from lfssao.rendering.manifest import FORMAT, MANIFEST, digest, display_of
+from lfssao.rendering.manifest import FORMAT, MANIFEST, digest, display_of, view_of
 from lfssao.rendering.views import chosen_modules
 
 if TYPE_CHECKING:
@@ -77,18 +77,25 @@ def read_views(
 ) -> tuple[Display | Quilt | LensletDisplay, dict[int, dict[str, Any]]]:
     """The display of a folder's textures, and the manifest's entry of each module, which has the layer (InputError).
 
-    Views of a quilt and lenses of a lenslet display are its modules. ``modules`` are the numbers of those that are
-    wanted; InputError if the folder has none of them.
+    Views of a quilt and lenses of a lenslet display are its modules; a stereo pair is a quilt of two views.
+    ``modules`` are the numbers of those that are wanted; InputError if the folder has none of them.
     """
     manifest = load_manifest(folder)
     named = entries_of(folder, manifest)
+    display: Display | Quilt | LensletDisplay
     with reading_manifest(folder), errors_of(f"{folder}: its manifest"):
         views = set_of(manifest)
-        if manifest["display"] is None and views is None:
-            raise InputError("it describes views of cameras (--camera), but an eye looks at a display")
-        prefix = "module_" if views is None else f"{views.WORDS[0]}_"
-        entries = {int(name.removeprefix(prefix)): entry for name, entry in named.items()}
-        display = display_of(manifest["display"], entries) if views is None else _of_views(views, entries)
+        if manifest.get("stereo") is not None:
+            eyes = "left", "right"
+            entries = {number: named[name] for number, name in enumerate(eyes)}
+            left, right = (view_of(name, named[name]["view"]) for name in eyes)
+            display = StereoPair.of_views(left, right, float(manifest["stereo"]))
+        elif manifest["display"] is None and views is None:
+            raise InputError("it describes a camera's view, but an eye looks at a display or a stereo pair")
+        else:
+            prefix = "module_" if views is None else f"{views.WORDS[0]}_"
+            entries = {int(name.removeprefix(prefix)): entry for name, entry in named.items()}
+            display = display_of(manifest["display"], entries) if views is None else _of_views(views, entries)
     entries = {k: entries[k] for k in sorted({*chosen_modules(display, modules)} & {*entries})}
     if not entries:
         raise InputError(f"{folder}: it has none of these modules")

@@ -235,7 +235,7 @@ def test_render_view_by_view(small, tmp_path, capsys):
     assert (whole / "view_000.exr").stat().st_mtime_ns == before
     capsys.readouterr()
     for words, reason in {
-        ("view", str(whole)): "it describes a quilt, which an eye sees by --html alone",
+        ("view", str(whole)): "it describes a quilt of cameras' views, which an eye sees by --html alone",
         ("render", *job, "--neighbours", "1", "-o", str(tmp_path / "no")): "small: it is a quilt of cameras' views",
         ("render", *job, "--modules", "6", "-o", str(tmp_path / "no")): "not a part of 0:6, the views of small",
     }.items():

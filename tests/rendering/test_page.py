@@ -25,6 +25,7 @@ from lfssao.rendering.page.page import eye_page
 
 WORDS = ["--resolution", "96x58", "--radii", "5%", "--samples", "4"]
 SIZE = 32, 20
+EYES = "left", "right"
 # The picture for an eye, drawn here and now, as base64 of its bytes from the bottom row on.
 PIXELS = """
 Object.assign(state, arguments[0]);
@@ -305,6 +306,38 @@ def test_a_file_with_another_texture_is_refused(monkeypatch, texture):
         eye_page("folder", width=20)
 
 
+def codes_of(linear):
+    """Codes of sRGB, not rounded."""
+    return 255 * np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def shares(eye, eyes, x, away):
+    """The share of the left one of two views' eyes at columns x of the screen: by the sines of angles to the eye."""
+    ways = [np.sin(abs(np.arctan((eye - x) / away) - np.arctan((each - x) / away))) for each in eyes]
+    return (ways[1] / (ways[0] + ways[1]))[:, None]
+
+
+def test_a_stereo_pair_shows_each_eye_its_view_and_both_between_them(browser, tmp_path, capsys):
+    """The screen is the window of 50 degrees at the target, 9 before the eyes, which are 0.4 apart."""
+    words = ["--camera", "perspective", "--eye", "0,2,9", "--target", "0,2,0", "--fov", "50", "--stereo", "0.4"]
+    folder = render(tmp_path / "out", "corner", *words, "--resolution", "40x30", "--guard", "3", "--radii", "5%")
+    assert main(["view", str(folder), "--html", str(tmp_path / "eye.html"), "--width", "40"]) == 0
+    opened(browser, tmp_path / "eye.html")
+    assert "scene units from the screen" in text(browser, "form")
+    views = [lfssao.read_exr(folder / f"{name}.exr")["shaded"].pixels.astype(float) for name in EYES]
+    height = 2 * 9 * np.tan(np.radians(25))
+    x = height / 30 * (np.arange(40) - 19.5)
+    for eye in (-0.2, -0.05, 0.2):
+        share = shares(eye, (-0.2, 0.2), x, 9.0)
+        found = pixels(browser, x=eye, distance=9.0)
+        assert np.abs(found - codes_of(share * views[0] + (1 - share) * views[1])).max() <= 1.5
+        assert len(np.unique(found)) > 20
+    assert np.abs(codes_of(views[0]) - codes_of(views[1])).max() > 20
+    capsys.readouterr()
+    assert main(["view", str(folder)]) == 2
+    assert sentence(capsys).endswith("it describes a stereo pair, which an eye sees by --html alone")
+
+
 def test_a_quilt_shows_each_eye_its_view_and_two_between_them(browser, tmp_path, capsys):
     (tmp_path / "small.toml").write_text(QUILT)
     folder = render(tmp_path / "out", "statue", "--display", str(tmp_path / "small.toml"), "--radii", "5%")
@@ -315,12 +348,9 @@ def test_a_quilt_shows_each_eye_its_view_and_two_between_them(browser, tmp_path,
     views = [lfssao.read_exr(folder / f"view_{k:03d}.exr")["shaded"].pixels.astype(float) for k in range(6)]
     x = 0.12 * ((np.arange(24) + 0.5) / 24 - 0.5)
     for eye, left, right in [(eyes[0], 0, 0), (eyes[2], 2, 2), (eyes[5], 5, 5), (-0.05, 1, 2), (0.13, 4, 5)]:
-        ways = [np.sin(abs(np.arctan((eye - x) / away) - np.arctan((eyes[k] - x) / away))) for k in (left, right)]
-        share = 0.5 if left == right else (ways[1] / (ways[0] + ways[1]))[:, None]
-        linear = share * views[left] + (1 - share) * views[right]
-        codes = 255 * np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+        share = 0.5 if left == right else shares(eye, eyes[[left, right]], x, away)
         found = pixels(browser, x=eye, distance=away)
-        assert np.abs(found - codes).max() <= 1.5
+        assert np.abs(found - codes_of(share * views[left] + (1 - share) * views[right])).max() <= 1.5
         assert len(np.unique(found)) > 50
     assert text(browser, "form").count("light of view") == 1
     (tmp_path / "small.toml").write_text(QUILT.replace("columns = 3\nrows = 2", "columns = 1\nrows = 1"))

@@ -3,7 +3,8 @@
 On a flat screen a module shows each screen point the same light wherever the eye is; the eye's place decides how much
 of it counts. So the page holds each module's texture as it is read at the picture's pixels, in 8-bit sRGB, and a shader
 blends two of them as ``LightField.photograph`` does with blend 'linear', within one code of its 8-bit picture. Rays of
-a quilt's view meet in its eye; so the page takes it for a module that stands there, before the screen. Through lenses
+a quilt's view meet in its eye; so the page takes it for a module that stands there, before the screen. A stereo pair
+is a quilt of two views, which shows the left eye's view, the right eye's, or both, blended. Through lenses
 an eye sees texels of the panel as they are: their page holds the panel, and its picture is that of ``LensletView``.
 """
 
@@ -43,7 +44,7 @@ from lfssao.rendering.viewer import check_modules, eye_point, eye_range, picture
 MOST_BYTES = 2**29  # of texels on a graphics card, four bytes each
 _FRAME = '<iframe srcdoc="{}" style="width: 100%; height: {}px; border: 0"></iframe>'
 _TO_IMAGE: Any = screen_to_image  # a formula, which takes arrays too
-_BELOW = 300  # pixels, for what stands around the picture
+_BELOW = 325  # pixels, for what stands around the picture
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +130,8 @@ def eye_page(
     near, far = data["distances"]
     kind = "view" if isinstance(display, Quilt) else "module"
     distance = f"{data['distance']:.3g}"
-    more = {"kind": kind, "left": left, "right": right, "near": near, "far": far, "distance": distance}
+    unit = display.UNIT if isinstance(display, Quilt) else "metres"
+    more = {"kind": kind, "unit": unit, "left": left, "right": right, "near": near, "far": far, "distance": distance}
     return EyePage(_filled("eye", display.name, size, data, **more), size[1])
 
 

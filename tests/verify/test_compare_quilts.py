@@ -166,6 +166,11 @@ WRONG = {  # the file's words, and the name and value of the cause
     f"field_of_view = {math.degrees(2 * math.atan(math.tan(math.radians(7)) / 0.96))}": (
         "eyes' distance from the screen", 0.96
     ),
+    "screen_height = 0.1696": ("screen height", 1.06),
+    "aspect = 0.72": ("screen aspect", 0.96),
+    f"screen_height = 0.1504\nfield_of_view = {math.degrees(2 * math.atan(math.tan(math.radians(7)) * 0.94))}": (
+        "screen size from the same eyes", 0.94
+    ),
     'spacing = "middles"': ("spacing 'middles' in place of 'ends'", None),
 }  # fmt: skip
 
@@ -188,8 +193,8 @@ def told_once(report, kind, value):
 
 @pytest.mark.parametrize("words", WRONG)
 def test_a_wrong_number_of_a_quilt_is_told_once_for_all_views(drawn, tmp_path, words):
-    key = words.split(" = ")[0]
-    lines = [line for line in MINE.splitlines() if not line.startswith(key)]
+    keys = tuple(line.split(" = ")[0] for line in words.splitlines())
+    lines = [line for line in MINE.splitlines() if not line.startswith(keys)]
     (tmp_path / "wrong.toml").write_text("\n".join([words, *lines]))
     mine = render(tmp_path / "mine", *JOB, "--display", str(tmp_path / "wrong.toml"))
     assert told_once(compare(mine, drawn), *WRONG[words])

@@ -296,11 +296,18 @@ def _placement_changes(centre: FloatArray) -> Iterator[Change]:
 
 
 def _quilt_changes(quilt: Quilt) -> Iterator[Change]:
-    """Yield changes of the eyes' positions, and of the shear of their views."""
+    """Yield changes of the eyes' positions, of the window that all views have, and of their shear."""
     half = tan(radians(quilt.field_of_view) / 2)
     yield _factor_change("view cone", lambda s, f: s.with_quilt(view_cone=f * quilt.view_cone))
     nearer = "eyes' distance from the screen"
     yield _factor_change(nearer, lambda s, f: s.with_quilt(field_of_view=2 * degrees(atan(half / f))))
+    height = quilt.screen_height
+    yield _factor_change("screen height", lambda s, f: s.with_quilt(screen_height=f * height))
+    yield _factor_change("screen aspect", lambda s, f: s.with_quilt(aspect=f * quilt.aspect))
+    larger = "screen size from the same eyes"
+    yield _factor_change(
+        larger, lambda s, f: s.with_quilt(screen_height=f * height, field_of_view=2 * degrees(atan(half * f)))
+    )
     (other,) = (spacing for spacing in SPACINGS if spacing != quilt.spacing)
     yield _sight_change(f"spacing '{other}' in place of '{quilt.spacing}'", lambda s: s.with_quilt(spacing=other))
     yield _sight_change("views turned to the screen's middle in place of sheared", partial(_unsheared, turned=True))

@@ -189,15 +189,15 @@ def _by_squaring(x, times):
     def powers(x, times):
         if not abs(x.value) + x.error < 2.0**40:
             return Ball(0.0, UNKNOWN, x)
-        made, k = x, 1.0
+        power, k = x, 1.0
         for _ in range(times):
-            made, k = made * made, 2.0 * k
-        least, size = max(x.value - x.error * SAFETY, 2.0**-16), abs(made.value) + made.error
+            power, k = power * power, 2.0 * k
+        least, size = max(x.value - x.error * SAFETY, 2.0**-16), abs(power.value) + power.error
         _, exponent = math.frexp(least)
         _, high = math.frexp(abs(x.value) + x.error * SAFETY)
         steps = k * max(1.0 - exponent, np.float64(high))
         off = x.constant + k * 2.0**-21 + steps * (x.slope + 5.0 * 2.0**-23)
-        return Ball(made.value, made.error + off * size + 2.0**-100, x)
+        return Ball(power.value, power.error + off * size + 2.0**-100, x)
 
     return powers
 

@@ -46,12 +46,12 @@ def blended(corners: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
     """
     x, y, e, f = middle_of(corners.x), middle_of(corners.y), spread_of(corners.x), spread_of(corners.y)
     upper, lower = a + x * (b - a), c + x * (d - c)
-    made = upper + y * (lower - upper)
+    blend = upper + y * (lower - upper)
     weighed = (((1 - x) * (1 - y)) * a + (x * (1 - y)) * b) + (((1 - x) * y) * c + (x * y) * d)
-    above, below = rounded(b - a, 4, made), rounded(d - c, 4, made)
-    left, right = rounded(c - a, 4, made), rounded(d - b, 4, made)
+    above, below = rounded(b - a, 4, blend), rounded(d - c, 4, blend)
+    left, right = rounded(c - a, 4, blend), rounded(d - b, 4, blend)
     moved = e * ((1 - y) * above + y * below) + f * ((1 - x) * left + x * right)
-    return alternatives(made, alternatives(made, weighed) + (moved + (e * f) * (below - above)))
+    return alternatives(blend, alternatives(blend, weighed) + (moved + (e * f) * (below - above)))
 
 
 @formula

@@ -163,8 +163,8 @@ class _Cache(caching.FunctionCache):  # type: ignore[misc]
 
 def _is_known(kind: Any) -> bool:
     """Whether the tuples in a type of numba's are those of this package."""
-    made = getattr(kind, "instance_class", None)
-    own = made is None or made.__module__.partition(".")[0] == "lfssao"
+    kind_class = getattr(kind, "instance_class", None)
+    own = kind_class is None or kind_class.__module__.partition(".")[0] == "lfssao"
     return own and all(map(_is_known, getattr(kind, "types", ())))
 
 

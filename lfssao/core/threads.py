@@ -40,18 +40,18 @@ def ahead(items: Iterable[Item]) -> Iterator[Item]:
     >>> list(ahead(n * n for n in range(3)))
     [0, 1, 4]
     """
-    made: SimpleQueue[Any] = SimpleQueue()
+    queue: SimpleQueue[Any] = SimpleQueue()
 
     def fill() -> None:
         try:
             for item in items:
-                made.put(item)
+                queue.put(item)
         finally:
-            made.put(_END)
+            queue.put(_END)
 
     with ThreadPoolExecutor(1) as pool:
         filled = pool.submit(fill)
-        while (item := made.get()) is not _END:
+        while (item := queue.get()) is not _END:
             yield item
         filled.result()
 

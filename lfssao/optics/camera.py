@@ -118,8 +118,8 @@ class Camera:
         given: dict[str, Any] = {name: point for name, point in place.items() if point is not None}
         if fov is None and not given:
             return usual
-        made = replace(usual, **given)
-        forward = np.subtract(made.target, made.eye)
+        camera = replace(usual, **given)
+        forward = np.subtract(camera.target, camera.eye)
         distance = _length(forward)
         extent = usual.extent
         if fov is not None:
@@ -129,12 +129,12 @@ class Camera:
             extent = 2 * distance * (sine / cosine)
         elif projection == "perspective":
             extent *= distance / _length(np.subtract(usual.target, usual.eye))
-        away = [np.subtract(corner, made.eye) for corner in product(*np.transpose(box).tolist())]
+        away = [np.subtract(corner, camera.eye) for corner in product(*np.transpose(box).tolist())]
         depths = [((a[0] * forward[0] + a[1] * forward[1]) + a[2] * forward[2]) / distance for a in away]
         far = 1.1 * max(depths)
         if not far > 0:
-            raise InputError(f"camera: the scene lies behind the eye at {made.eye}, which looks at {made.target}")
-        return replace(made, extent=extent, near=max(0.9 * min(depths), 1e-3 * far), far=far)
+            raise InputError(f"camera: the scene lies behind the eye at {camera.eye}, which looks at {camera.target}")
+        return replace(camera, extent=extent, near=max(0.9 * min(depths), 1e-3 * far), far=far)
 
     def view(self, width: int, height: int, guard: int = 0, *, shift: float = 0.0, aspect: float | None = None) -> View:
         """Return the view of this camera in a texture of width x height texels, and ``guard`` more on each side.

@@ -180,11 +180,11 @@ def _lenslet(root: "Table") -> "LensletDisplay":
     return _view_set(LensletDisplay, root, numbers, middle=root.text("middle", "lens"))
 
 
-def _view_set(made: Callable[..., Views], root: "Table", numbers: Sequence[str], **more: Any) -> Views:
+def _view_set(kind: Callable[..., Views], root: "Table", numbers: Sequence[str], **more: Any) -> Views:
     """Return views of a display that the root table describes, by what all kinds have, numbers, and ``more``."""
     roi = root.table("roi")
     width, height = root.resolution()
-    views = made(
+    views = kind(
         name=root.text("name"),
         width=width,
         height=height,

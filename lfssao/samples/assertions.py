@@ -42,10 +42,10 @@ def _sets_of(function: Any, n: int, seeds: int | Iterable[int]) -> list[NDArray[
         _check_signature(function)
     sets = []
     for seed in chosen:
-        made = as_numbers(f"the set of seed {seed}", function.random(n) if engine else function(n, seed))
-        if made.shape[:1] != (n,):
-            raise InputError(f"the set of seed {seed} has shape {made.shape}, expected {n} points")
-        sets.append(made)
+        points = as_numbers(f"the set of seed {seed}", function.random(n) if engine else function(n, seed))
+        if points.shape[:1] != (n,):
+            raise InputError(f"the set of seed {seed} has shape {points.shape}, expected {n} points")
+        sets.append(points)
     return sets
 
 

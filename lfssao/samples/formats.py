@@ -26,56 +26,58 @@ _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _AXES = {"square": ("xi_1", "xi_2"), "disk": ("x", "y"), "sphere": ("x", "y", "z"), "ball": ("x", "y", "z")}
 
 
-def _table(made: SampleSet) -> FloatArray:
+def _table(samples: SampleSet) -> FloatArray:
     """Return coordinates and, if the set has them, weights: (n, d) or (n, d + 1)."""
-    return made.points if made.weights is None else np.column_stack([made.points, made.weights])
+    return samples.points if samples.weights is None else np.column_stack([samples.points, samples.weights])
 
 
-def to_csv(made: SampleSet) -> bytes:
+def to_csv(samples: SampleSet) -> bytes:
     """CSV: a line of names and a line for each point; every number reads back to the same bits."""
-    names = [*_AXES[made.domain], *([] if made.weights is None else ["weight"])]
-    lines = [",".join(map(repr, row)) for row in _table(made).tolist()]
+    names = [*_AXES[samples.domain], *([] if samples.weights is None else ["weight"])]
+    lines = [",".join(map(repr, row)) for row in _table(samples).tolist()]
     return "\n".join([",".join(names), *lines, ""]).encode()
 
 
-def to_json(made: SampleSet) -> bytes:
+def to_json(samples: SampleSet) -> bytes:
     """JSON: an object with the fields of the set; weights are null where all weigh the same."""
     facts = {
-        "domain": made.domain,
-        "method": made.method,
-        "seed": made.seed,
-        "promises": list(made.promises),
-        "points": made.points.tolist(),
-        "weights": None if made.weights is None else made.weights.tolist(),
+        "domain": samples.domain,
+        "method": samples.method,
+        "seed": samples.seed,
+        "promises": list(samples.promises),
+        "points": samples.points.tolist(),
+        "weights": None if samples.weights is None else samples.weights.tolist(),
     }
     return (json.dumps(facts, indent=1) + "\n").encode()
 
 
-def to_glsl(made: SampleSet) -> bytes:
+def to_glsl(samples: SampleSet) -> bytes:
     """GLSL: constant arrays SAMPLES and, if the set has weights, WEIGHTS, rounded once to float32."""
-    n, d = made.points.shape
-    rows = ",\n".join(f"    vec{d}({', '.join(map(_literal, row))})" for row in made.points.tolist())
-    text = f"// {made.method}, {made.domain}, seed {made.seed}\nconst int SAMPLE_COUNT = {n};\n"
+    n, d = samples.points.shape
+    rows = ",\n".join(f"    vec{d}({', '.join(map(_literal, row))})" for row in samples.points.tolist())
+    text = f"// {samples.method}, {samples.domain}, seed {samples.seed}\nconst int SAMPLE_COUNT = {n};\n"
     text += f"const vec{d} SAMPLES[{n}] = vec{d}[{n}](\n{rows}\n);\n"
-    if made.weights is not None:
-        weights = ",\n".join(f"    {_literal(w)}" for w in made.weights.tolist())
+    if samples.weights is not None:
+        weights = ",\n".join(f"    {_literal(w)}" for w in samples.weights.tolist())
         text += f"const float WEIGHTS[{n}] = float[{n}](\n{weights}\n);\n"
     return text.encode()
 
 
-def to_glsl_function(made: SampleSet) -> bytes:
+def to_glsl_function(samples: SampleSet) -> bytes:
     """Return GLSL that computes a point from its number, without a table; InputError for all but 'owen-burley'.
 
     ``sample_cell`` returns the words of the coordinates on (0, 1), in units of 2^-32, of up to three columns.
     ``sample_point`` returns xi_1 and xi_2 of LF's square, exact in float32: the words' first 23 bits and a half.
     """
-    if (made.method, made.domain) != ("owen-burley", "square"):
-        raise InputError(f"glsl-function is of owen-burley on the square, not of {made.method} on the {made.domain}")
+    if (samples.method, samples.domain) != ("owen-burley", "square"):
+        raise InputError(
+            f"glsl-function is of owen-burley on the square, not of {samples.method} on the {samples.domain}"
+        )
     from lfssao.samples.kernels import burley  # late: of this method alone
 
-    keys = ", ".join(f"0x{burley.key_of(np.uint64(made.seed), column):08x}u" for column in range(4))
+    keys = ", ".join(f"0x{burley.key_of(np.uint64(samples.seed), column):08x}u" for column in range(4))
     text = (files(__package__) / "owen_burley.glsl").read_text("utf-8")
-    return text.replace("$KEYS", keys).replace("$SEED", str(made.seed)).encode()
+    return text.replace("$KEYS", keys).replace("$SEED", str(samples.seed)).encode()
 
 
 def _literal(number: float) -> str:
@@ -83,10 +85,10 @@ def _literal(number: float) -> str:
     return str(np.format_float_scientific(np.float32(number), trim="0"))
 
 
-def to_npy(made: SampleSet) -> bytes:
+def to_npy(samples: SampleSet) -> bytes:
     """NumPy's format: (n, d) float64; weights, if the set has them, as a last column."""
     stream = BytesIO()
-    np.save(stream, _table(made))
+    np.save(stream, _table(samples))
     return stream.getvalue()
 
 

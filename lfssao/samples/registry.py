@@ -61,10 +61,10 @@ def sample_set(domain: str, method: str, n: int, seed: int = 0, **options: Value
         check_choice(f"option of {method} on the {domain}", name, chosen.options)
     values = {**chosen.options, **options}
     _check_options(**values)
-    made = chosen.make(n, seed, **values)
-    if isinstance(made, SampleSet):
-        return made
-    return SampleSet(made, None, domain, method, seed, chosen.promises)
+    found = chosen.make(n, seed, **values)
+    if isinstance(found, SampleSet):
+        return found
+    return SampleSet(found, None, domain, method, seed, chosen.promises)
 
 
 def _check_options(r_min: Any = 0.0, r_max: Any = 1.0, turns: Any = None, centre: Any = True) -> None:

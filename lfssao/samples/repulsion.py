@@ -27,5 +27,5 @@ def repulsion_table(domain: str, n: int, centre: bool | None = None) -> SampleSe
         raise InputError("centre: only the disk has sets with and without a point in the centre")
     table = read_table("ball" if domain == "ball" else "disk" if centre is False else "disk-centre")
     first = n * (n - 1) // 2  # the sets of 1, 2, ... points stand one after the other
-    made = table[first : first + n]
-    return SampleSet(made[:, :-1].copy(), made[:, -1].copy(), domain, "repulsion", 0, PROMISES)
+    rows = table[first : first + n]
+    return SampleSet(rows[:, :-1].copy(), rows[:, -1].copy(), domain, "repulsion", 0, PROMISES)

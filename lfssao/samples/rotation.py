@@ -90,8 +90,8 @@ def _random(height: int, width: int, seed: int) -> FloatArray:
 
 
 def _repeated(tile: Callable[[], FloatArray], height: int, width: int, seed: int) -> FloatArray:
-    made = tile()
-    return made[np.ix_(np.arange(height) % made.shape[0], np.arange(width) % made.shape[1])]
+    angles = tile()
+    return angles[np.ix_(np.arange(height) % angles.shape[0], np.arange(width) % angles.shape[1])]
 
 
 # Sixteenths of a turn, in half-turns; those that follow each other lie far apart.
@@ -248,8 +248,8 @@ def noise_turns(
     whole = noise[np.ix_(rows, columns)]
     if noise.ndim == 2:
         return angle_turns(whole, dtype)
-    made = np.moveaxis(whole, 2, 0).astype(_arithmetic(dtype), order="C")
-    return made if made[2:].any() else made[:2]
+    turns = np.moveaxis(whole, 2, 0).astype(_arithmetic(dtype), order="C")
+    return turns if turns[2:].any() else turns[:2]
 
 
 def check_tile(size: Sequence[int], sizes: Collection[tuple[int, int]]) -> None:

@@ -58,8 +58,8 @@ def sliders(draw: Callable[..., Any], units: Mapping[str, str] | None = None, **
 
     def redraw(_: Any = None) -> None:
         try:
-            made = draw(**{name: control.value for name, control in controls.items()})
-            shown, words = made if isinstance(made, tuple) else (made, "")
+            drawn = draw(**{name: control.value for name, control in controls.items()})
+            shown, words = drawn if isinstance(drawn, tuple) else (drawn, "")
             png = _png(shown)
             sentence.value = escape(words, quote=False)
             picture.value = png
@@ -70,8 +70,8 @@ def sliders(draw: Callable[..., Any], units: Mapping[str, str] | None = None, **
         def _repr_mimebundle_(self, **options: Any) -> dict[str, Any]:
             shown_values = ", ".join(f"{name} = {_text(control.value)}" for name, control in controls.items())
             text = "\n".join(filter(None, [f"sliders: {shown_values}", unescape(sentence.value)]))
-            made: dict[str, Any] = super()._repr_mimebundle_(**options)
-            return made | {"text/plain": text, "image/png": b64encode(picture.value).decode()}
+            bundle: dict[str, Any] = super()._repr_mimebundle_(**options)
+            return bundle | {"text/plain": text, "image/png": b64encode(picture.value).decode()}
 
     for control in controls.values():
         control.observe(redraw, names="value")
@@ -81,15 +81,15 @@ def sliders(draw: Callable[..., Any], units: Mapping[str, str] | None = None, **
     return Sliders([widgets.HBox(columns), sentence, picture])
 
 
-def _png(made: Any) -> bytes:
+def _png(drawn: Any) -> bytes:
     """Return the picture that a notebook shows of an object, a PNG file."""
-    if isinstance(made, Display):
-        return figure_png(draw_display(made))
-    if isinstance(made, SampleSet):
-        return figure_png(draw_samples([made]))
-    if isinstance(made, Figure):
-        return figure_png(made)
-    picture: bytes = made._repr_png_()
+    if isinstance(drawn, Display):
+        return figure_png(draw_display(drawn))
+    if isinstance(drawn, SampleSet):
+        return figure_png(draw_samples([drawn]))
+    if isinstance(drawn, Figure):
+        return figure_png(drawn)
+    picture: bytes = drawn._repr_png_()
     return picture
 
 
@@ -123,17 +123,17 @@ def explore(mesh: Mesh | str, display: Display | str) -> Any:
              rotation: str = "hash", seed: int = 0, blur: float = 1.0) -> tuple[Textures, str]:  # fmt: skip
         length = radius / 100 * diagonal(mesh)
         settings = Settings((length,), make_samples(sampler, samples, seed), blur, rotation=rotation)
-        made = finish_view(gbuffer_of(module), views[module], settings)
-        assert made.blurred is not None
-        if made.surface_texels == 0:
-            return made, f"Module {module} sees no surface."
+        textures = finish_view(gbuffer_of(module), views[module], settings)
+        assert textures.blurred is not None
+        if textures.surface_texels == 0:
+            return textures, f"Module {module} sees no surface."
         buffers = Buffers.of(gbuffer_of(module), views[module])
         buffers = buffers if rotation == "none" else buffers.turned(rotation)
         milliseconds = 1000 * least_seconds(lambda: estimate("lf", buffers, length, settings.samples))
         exact = post.blur(exact_of(module, length), blur)
-        rmse = deviation(made.blurred, exact, made.gbuffer.triangle >= 0).rmse
+        rmse = deviation(textures.blurred, exact, textures.gbuffer.triangle >= 0).rmse
         reference = f"{EXACT} samples of Sobol's sequence, not turned, with the same radius and blur"
-        return made, f"RMSE {rmse:.3f} against {reference}; the kernel took {milliseconds:.2f} ms."
+        return textures, f"RMSE {rmse:.3f} against {reference}; the kernel took {milliseconds:.2f} ms."
 
     radii = (0.5, 0.7, 1, 1.4, 2, 2.8, 3.5, 5, 7, 10, 14, 20)
     units = {"radius": "% of the diagonal", "blur": "texels"}

@@ -18,7 +18,7 @@ def draw_samples(sets: Sequence[SampleSet], r_min: float = 0.0, r_max: float = 1
     evenly, mapped to [0, 1]; both wrap.
     """
     first = sets[0]
-    cubes = [statistics.unit_cube(made.points, made.domain, r_min, r_max) for made in sets]
+    cubes = [statistics.unit_cube(samples.points, samples.domain, r_min, r_max) for samples in sets]
     pooled = np.concatenate(cubes)
     names = {"square": ("xi_1", "xi_2"), "disk": ("r", "phi")}.get(first.domain, ("z", "phi", "r"))[: pooled.shape[1]]
     figure = Figure(figsize=(3.4 * (1 + len(names)), 6), layout="constrained")
@@ -50,7 +50,7 @@ def draw_samples(sets: Sequence[SampleSet], r_min: float = 0.0, r_max: float = 1
 
 
 def _draw_points(figure: Figure, place: Any, sets: Sequence[SampleSet]) -> None:
-    points = np.concatenate([made.points for made in sets])
+    points = np.concatenate([samples.points for samples in sets])
     weights = sets[0].weights
     size: Any = max(2.0, min(30.0, 3000 / len(points)))
     if len(sets) == 1 and weights is not None:

@@ -81,8 +81,8 @@ def _agree(options: argparse.Namespace) -> None:
         shared = share_points(views, options.same)
         if options.mine is not None:
             renderer = Renderer([Path(path) for path in options.mine], folders, rules, options.files)
-            read["mine"] = shared.read([renderer.read(seen) for seen in views], "--mine")
-        own = [seen.arrays[options.layer] for seen in views]
+            read["mine"] = shared.read([renderer.read(view) for view in views], "--mine")
+        own = [view.arrays[options.layer] for view in views]
         read["reference"] = shared.read(own, "the reference")
     parts = _split(shared, own)
     bugs = None if renderer is None else _bugs(renderer, views, options.mesh)
@@ -92,7 +92,7 @@ def _agree(options: argparse.Namespace) -> None:
     found = {name: disagreement(each) for name, each in read.items()}
     results: dict[str, Any] = {
         "layer": options.layer,
-        "views": [seen.name for seen in views],
+        "views": [view.name for view in views],
         "same": shared.tolerance,
         "points": shared.candidates,
         "shared": len(shared.points),
@@ -132,13 +132,13 @@ def _split(shared: Shared, own: Sequence[Texture]) -> Split | None:
     if not all(map(has_seed, shared.views)):
         return None
     with progress(shared.views, desc="other seed", unit="view") as bar:
-        others = [estimated(seen, other_samples(seen), 1) for seen in bar]
+        others = [estimated(view, other_samples(view), 1) for view in bar]
     alike = SameSamples(shared)
     if not alike.is_known:
         return split(shared, own, others)
     with working("parts"):
-        made = alike.values(own, None, 0), alike.values(others, other_samples(shared.views[0]), 1)
-    return split(shared, own, others, made)
+        same_samples = alike.values(own, None, 0), alike.values(others, other_samples(shared.views[0]), 1)
+    return split(shared, own, others, same_samples)
 
 
 def _bugs(renderer: Renderer, views: Sequence[RenderedView], mesh: str | None) -> "Found":
@@ -155,7 +155,7 @@ def _cast(shared: Shared, mesh: str | None) -> tuple[Values, float]:
 
     rays = truth.Truth(shared.views[0], mesh)
     with progress(list(zip(shared.views, shared.places, strict=True)), desc="rays", unit="view") as bar:
-        textures, errors = zip(*(rays.cast(seen, places) for seen, places in bar), strict=True)
+        textures, errors = zip(*(rays.cast(view, places) for view, places in bar), strict=True)
     return shared.read(textures, "rays"), truth.noise(shared, errors)
 
 

@@ -104,9 +104,9 @@ def _ao(options: argparse.Namespace) -> None:
     surface = np.where(np.isfinite(buffers.depth), 0, -1).astype(np.int32)
     gbuffer = GBuffer(buffers.depth, buffers.positions, color, surface, buffers.normals)
     with working("ao"):
-        made = finish_view(gbuffer, buffers.view, settings)
+        computed = finish_view(gbuffer, buffers.view, settings)
     with output_folder(options.output):
-        parts = exr_parts(made)
+        parts = exr_parts(computed)
         write_exr(target, parts)
         head = {
             "format": FORMAT,
@@ -116,7 +116,11 @@ def _ao(options: argparse.Namespace) -> None:
             "sampling": sampling,
             "settings": describe_settings(settings),
         }
-        entry = {**entry_of(buffers.view, target, parts, made.seconds), "name": target.stem, "rows": description.rows}
+        entry = {
+            **entry_of(buffers.view, target, parts, computed.seconds),
+            "name": target.stem,
+            "rows": description.rows,
+        }
         write_manifest(options.output, {**head, "views": [entry]}, settings)
     print(printable(str(target)), flush=True)
 
@@ -148,8 +152,8 @@ def _read(
             layer = _layer(parts, Layer(name, channels, (), None), rules)
             planes = layer.planes
             if size is not None and planes[0].shape[::-1] != size:
-                there, wanted = ("{}x{}".format(*each) for each in (planes[0].shape[::-1], size))
-                raise InputError(f"it has {there} texels, depth has {wanted}")
+                given, wanted = ("{}x{}".format(*each) for each in (planes[0].shape[::-1], size))
+                raise InputError(f"it has {given} texels, depth has {wanted}")
             if {str(plane.dtype) for plane in planes} - {"float16", "float32", *(_WHOLE if option in _CODED else ())}:
                 raise InputError(f"it is of {planes[0].dtype}, expected float32 or half")
             guard_of(layer.margins)

@@ -32,8 +32,8 @@ def _plan(options: argparse.Namespace) -> None:
         job = job_of(options, threads)
     # The middle one of the views that see the scene in the first frame; of all if none does.
     views = range(len(job.views))
-    seen = [k for k in views if seen_rows(job.views[k], job.boxes[0])] or list(views)
-    item = Item(0, seen[len(seen) // 2])
+    visible = [k for k in views if seen_rows(job.views[k], job.boxes[0])] or list(views)
+    item = Item(0, visible[len(visible) // 2])
     renderer = Renderer(job, threads)
     view = job.views[item.view]
     with working("render and measure one view"):
@@ -44,9 +44,9 @@ def _plan(options: argparse.Namespace) -> None:
     left = plan.planned(job.views, job.boxes, job.settings, job.mesh.paint is not None)
     of_view = plan.background(job.settings, view.width * view.height, textures.surface_texels)
     if options.json:
-        made = {"scene": job.head["scene"], "left_out": plan.described(left), "view": view.name}
-        made |= {"left_out_of_view": plan.described(of_view), "seconds": passes, "ao_seconds": ao}
-        print(json.dumps({**made, "ao_seconds_with_all": all_ao}, indent=1, allow_nan=False))
+        report = {"scene": job.head["scene"], "left_out": plan.described(left), "view": view.name}
+        report |= {"left_out_of_view": plan.described(of_view), "seconds": passes, "ao_seconds": ao}
+        print(json.dumps({**report, "ao_seconds_with_all": all_ao}, indent=1, allow_nan=False))
         return
     for where, entries in (("", left), (f" texels of {view.name}", of_view)):
         for what, (count, of) in entries.items():

@@ -152,9 +152,9 @@ def _check(options: argparse.Namespace) -> int:
     for text in options.promise or ("inside", "distinct", "uniform"):
         with errors_of(source):
             name, domain = _promise(text, sets[0].points.shape[1], named)
-        points = [made.points for made in _moved(options, sets, domain, named)]
+        points = [samples.points for samples in _moved(options, sets, domain, named)]
         with errors_of(source):
-            weights = [made.weights for made in sets]
+            weights = [samples.weights for samples in sets]
             shell = (options.r_min, options.r_max)
             findings = check_promise(name, points, domain, weights, *shell, alarm=options.alarm)
         for finding in findings:
@@ -188,13 +188,15 @@ def _read_files(patterns: list[str]) -> tuple[list[SampleSet], str | None]:
 def _moved(options: argparse.Namespace, sets: list[SampleSet], domain: str, named: str | None) -> list[SampleSet]:
     """Sets as of a domain, moved from --range, or from a guess if no file named its domain."""
     guess = options.range is None and named is None and domain == "square"
-    if guess and all(((made.points >= 0) & (made.points <= 1)).all() for made in sets):
+    if guess and all(((samples.points >= 0) & (samples.points <= 1)).all() for samples in sets):
         say("all points lie in [0, 1]^2, which is taken for the whole square; --range -1,1 says that it is not")
         options.range = (0.0, 1.0)  # so that the guess is printed once
     out = []
-    for made in sets:
-        with errors_of(made.method):
-            out.append(replace(made, points=as_table(made.points, domain, options.range or (-1.0, 1.0)), domain=domain))
+    for samples in sets:
+        with errors_of(samples.method):
+            out.append(
+                replace(samples, points=as_table(samples.points, domain, options.range or (-1.0, 1.0)), domain=domain)
+            )
     return out
 
 

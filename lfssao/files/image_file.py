@@ -117,12 +117,12 @@ def _check_sizes(path: Path, specs: list[Any]) -> None:
         if spec.width < 1 or spec.height < 1 or spec.nchannels < 1:
             raise InputError(f"{path}: it is damaged (a part of {spec.width}x{spec.height})")
         claimed += _bytes_in_memory(spec)
-    there = path.stat().st_size
-    if claimed > max(_HARMLESS, _MOST_EXPANSION * there):
+    file_bytes = path.stat().st_size
+    if claimed > max(_HARMLESS, _MOST_EXPANSION * file_bytes):
         most = max(specs, key=_bytes_in_memory)
         tiles = f" in tiles of {most.tile_width}x{most.tile_height}" if most.tile_width else ""
         size = f"{most.width}x{most.height} texels{tiles}, {claimed / 1e9:.3g} GB in all"
-        raise InputError(f"{path}: its header claims {size}; a file of {there} bytes cannot hold that")
+        raise InputError(f"{path}: its header claims {size}; a file of {file_bytes} bytes cannot hold that")
 
 
 def _bytes_in_memory(spec: Any) -> int:

@@ -33,9 +33,9 @@ def read_npy(path: Path) -> NDArray[Any]:
         if dtype.kind not in "fiu" or dtype.itemsize > 8 or min(shape, default=1) < 0:
             raise InputError(f"{path}: it holds {dtype} {shape}, expected numbers")
         needed = prod(shape) * dtype.itemsize
-        there = path.stat().st_size - begin
-        if needed != there:
-            raise InputError(f"{path}: it is damaged (shape {shape} needs {needed} bytes, has {there})")
+        left = path.stat().st_size - begin
+        if needed != left:
+            raise InputError(f"{path}: it is damaged (shape {shape} needs {needed} bytes, has {left})")
         check_available(f"{path}: its numbers", needed)
         numbers = np.fromfile(path, dtype, offset=begin).reshape(shape, order="F" if by_columns else "C")
     except InputError:

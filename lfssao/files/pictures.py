@@ -54,13 +54,13 @@ def visibility_codes(occlusion: NDArray[np.floating[Any]]) -> Codes:
 
 def depth_codes(depth: NDArray[np.floating[Any]]) -> Codes:
     """Depth, (H, W, 3): light near the viewer, dark far away, white where there is no surface."""
-    seen = np.isfinite(depth)
+    surface = np.isfinite(depth)
     codes = np.full(depth.shape, float(_NOTHING))
-    if seen.any():
-        near = float(depth[seen].min())
-        far = float(depth[seen].max())
-        relative = (depth[seen].astype(np.float64) - near) / ((far - near) or 1.0)
-        codes[seen] = _NEAR + (_FAR - _NEAR) * relative
+    if surface.any():
+        near = float(depth[surface].min())
+        far = float(depth[surface].max())
+        relative = (depth[surface].astype(np.float64) - near) / ((far - near) or 1.0)
+        codes[surface] = _NEAR + (_FAR - _NEAR) * relative
     return _grey(codes)
 
 

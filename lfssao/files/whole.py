@@ -139,15 +139,15 @@ def _is_running(process: int) -> bool:
 
 def check_folder(path: Path) -> None:
     """Refuse (InputError) a folder that cannot be made or written into, as far as that shows without touching it."""
-    there = path
-    while not there.exists() and there != there.parent:
-        if there.is_symlink():
-            raise InputError(f"{path}: the output folder cannot be made: {there} is a link to nothing")
-        there = there.parent
-    if not there.is_dir():
-        raise InputError(f"{path}: the output folder cannot be made: {there} is a file")
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise InputError(f"{path}: the output folder cannot be written (no permission to write into {there})")
+    existing = path
+    while not existing.exists() and existing != existing.parent:
+        if existing.is_symlink():
+            raise InputError(f"{path}: the output folder cannot be made: {existing} is a link to nothing")
+        existing = existing.parent
+    if not existing.is_dir():
+        raise InputError(f"{path}: the output folder cannot be made: {existing} is a file")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: the output folder cannot be written (no permission to write into {existing})")
 
 
 @contextmanager

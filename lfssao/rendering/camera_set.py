@@ -44,8 +44,8 @@ def camera_of_set(values: Any, name: str, size: tuple[int, int, int]) -> tuple[V
     camera.choice("Projection", ("Perspective",))
     width, height = camera.resolution("Resolution")
     if (width, height, 0) != size:
-        there = "{}x{} texels and a guard band of {}".format(*size)
-        raise camera.wrong("Resolution", f"it is {width:g}x{height:g}, the textures have {there}")
+        declared = "{}x{} texels and a guard band of {}".format(*size)
+        raise camera.wrong("Resolution", f"it is {width:g}x{height:g}, the textures have {declared}")
     near, far = camera.numbers("Depth_range", 2)
     focal = camera.numbers("Focal", 2)
     middle = camera.numbers("Principle_point", 2)

@@ -54,13 +54,13 @@ def write_view(job: Job, item: Item, textures: Textures) -> Result:
     parts[0] = with_attributes(parts[0], **_metadata_of(job, item), made_from=json.dumps(job.identity(item)))
     hashed = time.perf_counter()
     write_exr(job.path(item), parts, sealed=True)
-    made = _write_picture(job, item, parts)
+    described = _write_picture(job, item, parts)
     written = time.perf_counter()
     picture = _strip(job, item, parts)
     seconds = {"digest": hashed - begin, "write": written - hashed, "contact": time.perf_counter() - written}
     neighbours = job.neighbours[item.view]
     entry = entry_of(job.views[item.view], job.path(item), parts, {**textures.seconds, **seconds}, neighbours)
-    return Result(entry | made, picture)
+    return Result(entry | described, picture)
 
 
 def _write_picture(job: Job, item: Item, parts: Sequence[Part]) -> dict[str, Any]:
@@ -114,9 +114,9 @@ def recover_view(job: Job, item: Item) -> Result | None:
         raise InputError(f"{path}: {reason}")
     if not whole:
         return None
-    made = _write_picture(job, item, parts)
+    described = _write_picture(job, item, parts)
     picture = _strip(job, item, parts)
-    return Result({**entry, **made, "seconds": {"verify": time.perf_counter() - start}}, picture)
+    return Result({**entry, **described, "seconds": {"verify": time.perf_counter() - start}}, picture)
 
 
 def _in_order(part: Part) -> Part:
@@ -263,8 +263,8 @@ def empty_field(job: Job) -> LightField:
 
 def put_view(field: LightField, job: Job, item: Item, textures: Textures) -> None:
     """Give a light field the textures of an item that view.png shows."""
-    made: list[Any] = [textures.image if layer == "color" else textures.shaded for layer in _seen(job)]
-    field.put(item.view, *made)
+    pixels: list[Any] = [textures.image if layer == "color" else textures.shaded for layer in _seen(job)]
+    field.put(item.view, *pixels)
 
 
 def write_manifest(folder: Path, manifest: dict[str, Any], settings: Settings) -> None:

@@ -35,20 +35,20 @@ LeftOut = dict[str, tuple[int, int]]
 
 def planned(views: Sequence[View], boxes: Sequence[NDArray[np.float64]], settings: Settings, colored: bool) -> LeftOut:
     """Work left out that is known before rays are cast; ``boxes`` are the scene's in each frame, (2, 3) float64."""
-    seen = [(view, seen_rows(view, box)) for view, box in product(views, boxes)]
-    heights = [(view.height, len(rows)) for view, rows in seen if rows]
+    visible = [(view, seen_rows(view, box)) for view, box in product(views, boxes)]
+    heights = [(view.height, len(rows)) for view, rows in visible if rows]
     samples = 1 if settings.samples is None else len(settings.samples)
     radii = len(settings.radii)
     one = settings.estimator in COUNTING and 0.0 in settings.radii
-    made = {
-        "modules": (len(seen) - len(heights), len(seen)),
+    counts = {
+        "modules": (len(visible) - len(heights), len(visible)),
         "rows": (sum(height - cast for height, cast in heights), sum(height for height, _ in heights)),
         "radii": (radii - len(set(settings.radii)), radii),
         "samples of radius 0": ((samples - 1) * one, samples),
         "normals": (len(heights) * (settings.normals is None), len(heights)),
         "colour": (len(heights) * (not colored), len(heights)),
     }
-    return {what: counts for what, counts in made.items() if counts[0]}
+    return {what: numbers for what, numbers in counts.items() if numbers[0]}
 
 
 def background(settings: Settings, texels: int, surface_texels: int) -> LeftOut:

@@ -152,9 +152,9 @@ def exr_parts(textures: Textures) -> list[Part]:
     # Zip would make these 3 to 8 % smaller, and the default job 0.4 s slower. White ones have three equal channels.
     parts = []
     noisy = {"blurred"} if gbuffer.color is None else {"blurred", "shaded"}
-    for name, channels, made, metadata, band in layers:
-        if made is not None:
-            pixels = made.reshape(*made.shape[:2], -1)
+    for name, channels, values, metadata, band in layers:
+        if values is not None:
+            pixels = values.reshape(*values.shape[:2], -1)
             attributes = {**metadata, "sha256": digest(pixels), "channels": channels}
             packing = "rle" if name in noisy else "zip"
             parts.append(Part(name, tuple(channels.split(" ")), pixels, attributes, band, packing))

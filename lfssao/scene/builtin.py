@@ -78,8 +78,8 @@ def find_scene(scene: Any, texture: str | Path | None = None) -> Mesh:
         return Mesh(pair[0], pair[1])
     if not Path(scene).suffix and not os.path.exists(scene):  # Path's raises where a name is too long
         near = meant(scene, BUILTIN)
-        there = ", ".join(BUILTIN)
-        raise InputError(f"{scene}: there is no such file, and no embedded scene of that name ({there}){near}")
+        names = ", ".join(BUILTIN)
+        raise InputError(f"{scene}: there is no such file, and no embedded scene of that name ({names}){near}")
     from lfssao.scene.load import load_scene  # late: trimesh takes 0.4 s to import, and embedded scenes need none
 
     return load_scene(scene, texture)

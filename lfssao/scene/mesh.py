@@ -118,9 +118,9 @@ class Mesh(Table):
     notes: tuple[str, ...] = ()
 
     def _facts(self) -> dict[str, object]:
-        there = {"colour": self.paint is not None, "normals": self.normals is not None}
+        present = {"colour": self.paint is not None, "normals": self.normals is not None}
         counts = {"name": self.name, "vertices": f"{len(self.vertices):,}", "faces": f"{len(self.faces):,}"}
-        words = {name: "yes" if has else "no" for name, has in there.items()}
+        words = {name: "yes" if has else "no" for name, has in present.items()}
         return {**counts, **words, "size": listed((self.bounds[1] - self.bounds[0]).tolist())}
 
     def __post_init__(self) -> None:

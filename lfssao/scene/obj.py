@@ -53,15 +53,15 @@ def read_obj(path: Path, data: bytes, assets: Assets) -> list[Part]:
     parts = []
     colors = _colors(path, lines, assets)
     for name, number in reversed(lines.names.items()):
-        mine = triangles[used == number]
-        if not len(mine):
+        own = triangles[used == number]
+        if not len(own):
             continue
         material = materials.find(name)
-        mapped = (triples[mine, 1] >= 0).all(axis=1)
+        mapped = (triples[own, 1] >= 0).all(axis=1)
         textured = material.image is not None or assets.given is not None
         for uv, chosen in ((True, mapped), (False, ~mapped)) if textured else ((bool(mapped.all()), mapped | True),):
             if chosen.any():
-                part = _part(lines, positions, triples, mine[chosen], uv, colors)
+                part = _part(lines, positions, triples, own[chosen], uv, colors)
                 materials.paint(part, material)
                 parts.append(part)
     return parts
@@ -116,13 +116,13 @@ def _part(
     """Return triangles of corners, (T, 3), as a part, whose vertices are the different corners."""
     used = np.zeros(len(triples), np.bool_)
     used[triangles] = True
-    mine = triples[used]
-    normals = bool((mine[:, 2] >= 0).all())
-    mine[:, 1:][:, [not mapped, not normals]] = -1
-    places, numbers = distinct(mine)
+    corners = triples[used]
+    normals = bool((corners[:, 2] >= 0).all())
+    corners[:, 1:][:, [not mapped, not normals]] = -1
+    places, numbers = distinct(corners)
     renamed = np.zeros(len(triples), np.int64)
     renamed[used] = numbers
-    vertex, uv, normal = mine[places].T
+    vertex, uv, normal = corners[places].T
     part = Part(positions[vertex], renamed[triangles])
     part.uv = np.array(lines.coordinates, np.float64).reshape(-1, 2)[uv] if mapped else None
     part.normals = np.array(lines.normals, np.float64).reshape(-1, 3)[normal] if normals else None

@@ -15,8 +15,8 @@ def texture_panels(rows: int, columns: int, surface: NDArray[np.bool_]) -> tuple
     """Return a figure and its panels, (rows, columns), whose window holds the surface, (H, W) of one view."""
     box = []
     for axis in (0, 1):
-        seen = np.nonzero(surface.any(axis=axis))[0]
-        low, high = (seen[0], seen[-1] + 1) if len(seen) else (0, surface.shape[1 - axis])
+        occupied = np.nonzero(surface.any(axis=axis))[0]
+        low, high = (occupied[0], occupied[-1] + 1) if len(occupied) else (0, surface.shape[1 - axis])
         box.append((max(0, low - _MARGIN), min(surface.shape[1 - axis], high + _MARGIN)))
     (left, right), (top, bottom) = box
     aspect = (bottom - top) / (right - left)

@@ -32,16 +32,16 @@ def draw_radii(textures: Textures, radii: Sequence[float]) -> Figure:
         raise InputError("the figure shows the layers ao, merged and blurred: not all are kept")
     if not np.array_equal(radii, textures.settings.radii):
         raise InputError(f"radii are {list(radii)}, the textures were made with {list(textures.settings.radii)}")
-    seen = np.isfinite(textures.gbuffer.depth)
+    surface = np.isfinite(textures.gbuffer.depth)
     pictures = [*textures.ao, textures.merged, textures.blurred]
     titles = [*(f"R = {radius:.3g}" for radius in radii), "merged: maximum", "blurred"]
     columns = -(-(len(pictures) + 1) // 2)
-    figure, grid = texture_panels(2, columns, seen)
+    figure, grid = texture_panels(2, columns, surface)
     panels = grid.ravel()
     for axes in panels[len(pictures) + 1 :]:
         axes.set_visible(False)
     for axes, picture, title in zip(panels, pictures, titles, strict=False):
-        shown = draw_visibility(axes, picture, seen, title)
+        shown = draw_visibility(axes, picture, surface, title)
     figure.colorbar(shown, ax=grid[0], shrink=0.8, label="visibility, 1 - ao")
     decided = np.ma.masked_less(deciding_radius(textures.ao), 0)
     norm = BoundaryNorm(np.arange(len(radii) + 1) - 0.5, len(radii))

@@ -39,10 +39,10 @@ def deviation(occlusion: Texture, truth: Texture, surface: NDArray[np.bool_]) ->
     shapes = occlusion.shape, truth.shape, np.shape(surface)
     if len(set(shapes)) > 1 or surface.dtype != np.bool_ or not surface.any():
         raise InputError(f"occlusion, truth and surface have shapes {shapes}, expected one, and a texel with a surface")
-    mine = occlusion[surface].astype(np.float64)
+    rendered = occlusion[surface].astype(np.float64)
     exact = truth[surface].astype(np.float64)
-    error = mine - exact
-    a = mine - mine.mean()
+    error = rendered - exact
+    a = rendered - rendered.mean()
     b = exact - exact.mean()
     spread = float(np.sqrt((a * a).sum() * (b * b).sum()))
     correlation = float((a * b).sum()) / spread if spread > 0 else float("nan")

@@ -105,7 +105,7 @@ def eye_page(
         return EyePage(_page_of_lenses(view, size, (eye_x or 0.0, eye_y or 0.0)), size[1])
     if eye_y is not None:
         raise InputError(f"eye y is for lenslet displays: the observers of {display.name} stand on a line")
-    seen = _of_quilt(display, chosen, eye_x) if isinstance(display, Quilt) else _of_display(display, chosen, eye_x)
+    numbers = _of_quilt(display, chosen, eye_x) if isinstance(display, Quilt) else _of_display(display, chosen, eye_x)
     _check_size(folder, 4 * len(layers) * len(chosen) * size[0] * size[1])
 
     def packed(index: int) -> tuple[list[str], NDArray[np.bool_]]:
@@ -113,18 +113,18 @@ def eye_page(
 
     use_one_thread_a_file()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        made = dict(zip(chosen, bar(pool.map(packed, chosen), len(chosen)), strict=True))
-    lit = np.flatnonzero(np.any([rows for _, rows in made.values()], axis=0)).tolist() or [0]
+        packs = dict(zip(chosen, bar(pool.map(packed, chosen), len(chosen)), strict=True))
+    lit = np.flatnonzero(np.any([rows for _, rows in packs.values()], axis=0)).tolist() or [0]
     modules = [
-        {"x": x, "y": y, "z": z, "textures": made[k][0] if k in made else None}
-        for k, (x, y, z) in enumerate(seen.pop("places"))
+        {"x": x, "y": y, "z": z, "textures": packs[k][0] if k in packs else None}
+        for k, (x, y, z) in enumerate(numbers.pop("places"))
     ]
     data = {
         "layers": len(layers),
         "rows": (lit[0], lit[-1] + 1),
         "screen": (display.screen_width, display.screen_height),
         "modules": modules,
-        **seen,
+        **numbers,
     }
     left, right = data["eyes"]
     near, far = data["distances"]
@@ -261,17 +261,17 @@ def _packed(
             u, v, ahead, formed = _TO_IMAGE(display_module(display.module_numbers(index)), x, y, 0.0)
             formed = ahead & formed
     with np.errstate(invalid="ignore"):
-        seen = formed & (u >= 0) & (u < module.width) & (v >= 0) & (v < module.height)
+        visible = formed & (u >= 0) & (u < module.width) & (v >= 0) & (v < module.height)
     light = np.zeros((rows, columns, 3 * len(layers)))
-    light[seen] = _bilinear(np.concatenate(textures, axis=2), u[seen], v[seen])
-    made = []
+    light[visible] = _bilinear(np.concatenate(textures, axis=2), u[visible], v[visible])
+    pictures = []
     for codes in np.split(to_codes(light), len(layers), axis=2):
         picture = Image.fromarray(codes)
-        if not seen.all():
-            picture.putalpha(Image.fromarray(np.where(seen, np.uint8(255), np.uint8(0))))
-        made.append(b64encode(image_png(picture)).decode())
+        if not visible.all():
+            picture.putalpha(Image.fromarray(np.where(visible, np.uint8(255), np.uint8(0))))
+        pictures.append(b64encode(image_png(picture)).decode())
     lit: NDArray[np.bool_] = np.any(light, axis=(1, 2))
-    return made, lit
+    return pictures, lit
 
 
 def _bilinear(texture: NDArray[np.float32], u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -288,8 +288,8 @@ def _bilinear(texture: NDArray[np.float32], u: NDArray[np.float64], v: NDArray[n
     texels = texture.reshape(-1, channels)
     top = (1 - f) * texels[row * width + column] + f * texels[row * width + right]
     bottom = (1 - f) * texels[below * width + column] + f * texels[below * width + right]
-    made: NDArray[np.float64] = (1 - g) * top + g * bottom
-    return made
+    blend: NDArray[np.float64] = (1 - g) * top + g * bottom
+    return blend
 
 
 def _filled(page: str, name: str, size: Sequence[int], data: Mapping[str, Any], **more: Any) -> str:

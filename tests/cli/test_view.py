@@ -1,7 +1,9 @@
 """lfssao view: pictures and animations of rendered folders; spoiled folders are refused in one sentence."""
 
+import re
 import shutil
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -47,6 +49,16 @@ def test_view_writes_what_the_library_composes(folder, capsys):
     expected = to_codes(light_field(folder, "shaded").photograph(0.4, 50).image)
     assert expected.any()
     assert np.array_equal(pixels(folder / "eye.png"), expected)
+
+
+def test_examples_of_the_help_run(rendered, monkeypatch):
+    monkeypatch.chdir(rendered.parent)  # the folder is named out, as in the examples
+    text = (files("lfssao.cli") / "help" / "view.txt").read_text()
+    examples = re.findall(r"^  lfssao (view (?:\S| (?=\S))+)", text, re.MULTILINE)
+    assert len(examples) == 4
+    for line in examples:
+        assert main([*line.split(), "--width", "20"]) == 0
+    assert {path.name for path in rendered.parent.iterdir()} == {"out", "right.png", "walk.png", "eye.html"}
 
 
 def light_field(folder, layer, guard=0):

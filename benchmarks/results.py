@@ -1,10 +1,10 @@
 """One page of results: ``python benchmarks/results.py`` measures the papers' claims and writes RESULTS.md.
 
 Numbers go to results/papers.json as they are measured, pictures beside it. ``--only NAME`` measures what the name is
-part of, as 'VO' or 'LF table 1', and leaves the rest; without it ``lfssao bench work-precision`` is run too, in its own
-folder, where it goes on after an interruption. ``--quick`` tries all with small textures, in a folder results-quick;
-``--page`` measures nothing and writes the page; ``--controls`` measures the claims' controls alone, by the claims'
-numbers as they are.
+part of, as 'VO' or 'LF table 1', or the parts of the estimators' errors, 'parts', and leaves the rest; without it
+``lfssao bench work-precision`` is run too, in its own folder, where it goes on after an interruption. ``--quick`` tries
+all with small textures, in a folder results-quick; ``--page`` measures nothing and writes the page; ``--controls``
+measures the claims' controls alone, by the claims' numbers as they are.
 """
 
 import argparse
@@ -17,6 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import papers_common
+from error_parts import measure as measure_parts
+from error_parts import parts_text
 from papers_page import CLAIMS, page, work_precision_text
 
 from lfssao.bench.work_precision.advise import COMMITTED, ERRORS, pareto_front, points_of, read_result
@@ -83,6 +85,8 @@ def main() -> None:
         result[name] = json.loads(json.dumps(entry, default=float))
         path.write_text(json.dumps({key: result[key] for key in CLAIMS if key in result}, indent=1) + "\n")
         print(f"{result[name]['seconds']:.0f} s", flush=True)
+    if options.only in ("", "parts") and not (options.page or options.controls):
+        measure_parts(papers_common.Scale(options.quick, folder))
     if not (options.only or options.page or options.controls):
         words = ["-o", str(folder / "run")] if options.quick else []
         code = lfssao_command(["bench", "work-precision", *["--quick"][: options.quick], *words])
@@ -93,7 +97,7 @@ def main() -> None:
         if not options.quick:  # what the package answers 'bench advise' from
             fronts = fronts_only(read_result(folder / FIGURES))
             COMMITTED.write_text(json.dumps(fronts, separators=(",", ":")) + "\n")
-    target.write_text(page(result, work_precision_text()))
+    target.write_text(page(result, work_precision_text() + parts_text()))
     print(f"wrote {target}")
 
 

@@ -14,7 +14,7 @@ from lfssao.ao.textures import Buffers
 from lfssao.bench.stability import conditions, occlusions
 from lfssao.bench.stability.inputs import UNCHANGED, display, general_view
 from lfssao.bench.stability.measure import Exact, Stiff
-from lfssao.bench.stability.occlusions import LEVELS, SAMPLED, made_by
+from lfssao.bench.stability.occlusions import LEVELS, SAMPLED, compute
 from lfssao.bench.stability.table import DEGRADED, WITHIN, Case
 from lfssao.bench.stability.tracked import Arithmetic
 from lfssao.optics.camera import PROJECTIONS
@@ -64,7 +64,7 @@ SMALL, SAMPLES = (12, 9), 6
 
 
 def buffers_of(kind, dtype, turning, **how):
-    made = conditions.seen(kind, size=SMALL, **how)
+    made = conditions.buffers_of(kind, size=SMALL, **how)
     arrays = (each.astype(dtype) for each in (made.depth, made.positions, made.normals))
     buffers = Buffers(made.view, *arrays)
     return buffers.turned("hash") if turning else buffers
@@ -72,7 +72,7 @@ def buffers_of(kind, dtype, turning, **how):
 
 def exact_occlusion(name, buffers, radius, step=7):
     """Exact occlusion of some texels that show a surface, by number; of SAO without the passes behind its sampling."""
-    made = made_by(name, buffers, radius, SAMPLES, find_estimator(name).options(**OPTIONS.get(name, {})))
+    made = compute(name, buffers, radius, SAMPLES, find_estimator(name).options(**OPTIONS.get(name, {})))
     exact = {texel: made.exact(texel) for texel in np.flatnonzero(np.isfinite(buffers.depth))[::step].tolist()}
     return {texel: 1 - a for texel, a in exact.items()} if name in SAMPLED else exact
 

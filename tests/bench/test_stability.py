@@ -229,7 +229,7 @@ def test_a_wrong_function_breaks_a_row_nearly_everywhere(monkeypatch, name):
 @pytest.mark.parametrize("name", EXACT)
 def test_a_wrong_formula_of_an_estimator_breaks_a_row(monkeypatch, name):
     monkeypatch.setattr(occlusions, "_TERMS", 128)
-    textures = conditions.seen("linear" if name in FILTERED else "perspective")
+    textures = conditions.buffers_of("linear" if name in FILTERED else "perspective")
     radius = 8 * conditions.texel_size(textures)
     right = occlusions.compare(name, textures, radius, "float32")
     assert right.exceeded == right.undecided == 0

@@ -42,7 +42,7 @@ def on(
     def run(name: str) -> Measured | None:
         if not set(parameters) <= set(ESTIMATORS[name].parameters):
             return None
-        textures = seen(kind, **how)
+        textures = buffers_of(kind, **how)
         size = texels * texel_size(textures) if texels else radius
         return compare(name, changed(textures) if changed else textures, size, parameters)
 
@@ -54,15 +54,15 @@ def compare(name: str, textures: Buffers, radius: float, parameters: Mapping[str
 
     Decisions are texels, flipped where occlusion differs by more than ``FINE``, a code of a texture of 8 bits.
     """
-    made = []
+    occlusions = []
     rotation = ESTIMATORS[name].rotation
     for path in PATHS:
         arrays = textures.depth, textures.positions, textures.normals
         buffers = Buffers(textures.view, *(array.astype(path) for array in arrays if array is not None))
         turned = buffers if rotation == "none" else buffers.turned(rotation)
-        made.append(estimate(name, turned, radius, None, None, "radii", **parameters).texture.astype(np.float64))
-    error = np.abs(made[0] - made[1])
-    outside = sum(int((~((texture >= 0) & (texture <= 1))).sum()) for texture in made)
+        occlusions.append(estimate(name, turned, radius, None, None, "radii", **parameters).texture.astype(np.float64))
+    error = np.abs(occlusions[0] - occlusions[1])
+    outside = sum(int((~((texture >= 0) & (texture <= 1))).sum()) for texture in occlusions)
     rms = float(np.sqrt((error * error).mean()))
     flipped = int((~(error <= FINE)).sum())
     return Measured(None, None, float(error.max()), FINE, outside, flipped, 0, error.size, rms)
@@ -87,7 +87,7 @@ SURFACES: dict[str, Callable[[FloatArray, FloatArray, FloatArray], FloatArray]] 
 
 @cache
 @np.errstate(divide="ignore", invalid="ignore")
-def seen(kind: str, surface: str = "hills", relief: float = 0.25, size: tuple[int, int] = (48, 36)) -> Buffers:
+def buffers_of(kind: str, surface: str = "hills", relief: float = 0.25, size: tuple[int, int] = (48, 36)) -> Buffers:
     """Float64 textures of one of ``VIEWS`` on one of ``SURFACES``, whose 1 is ``relief`` metres; size: width, rows."""
     if kind in PROJECTIONS:
         view = Camera(kind, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1.5, 1.0, 3.0).view(*size)
@@ -109,8 +109,8 @@ def seen(kind: str, surface: str = "hills", relief: float = 0.25, size: tuple[in
     normals /= np.sqrt((normals * normals).sum(axis=2, keepdims=True))
     normals = np.where(np.isfinite(normals).all(axis=2, keepdims=True), normals, look)  # at the hole's edge
     normals *= np.where((normals * look).sum(axis=2, keepdims=True) > 0, -1, 1)
-    there = np.expand_dims(np.isfinite(depth), 2)
-    return Buffers(view, depth, np.where(there, points, np.inf), np.where(there, normals, 0))
+    visible = np.expand_dims(np.isfinite(depth), 2)
+    return Buffers(view, depth, np.where(visible, points, np.inf), np.where(visible, normals, 0))
 
 
 def texel_size(textures: Buffers) -> float:
@@ -199,7 +199,7 @@ def _edge_on(textures: Buffers) -> Buffers:
 
 def at_corners(kind: str, textures: Buffers) -> Buffers:
     """Return positions of a plane in the texels' upper left corners, where there are some."""
-    flat = seen(kind, "a plane", 0.05).positions.copy()
+    flat = buffers_of(kind, "a plane", 0.05).positions.copy()
     flat[1:, 1:] = (flat[1:, 1:] + flat[:-1, 1:] + flat[1:, :-1] + flat[:-1, :-1]) / 4
     return replace(textures, positions=flat)
 

@@ -67,8 +67,8 @@ def lifted(numbers: Any, work: Arithmetic) -> Any:
             return x._replace(numbers=table)
         return work.given(x) if isinstance(x, np.floating) and np.isfinite(x) else x
 
-    made = _View if isinstance(numbers, FloatView) else type(numbers)
-    return made(*(lift(name, x) for name, x in zip(numbers._fields, numbers, strict=True)))
+    lifted_type = _View if isinstance(numbers, FloatView) else type(numbers)
+    return lifted_type(*(lift(name, x) for name, x in zip(numbers._fields, numbers, strict=True)))
 
 
 class _View(FloatView):
@@ -121,12 +121,12 @@ class _View(FloatView):
 
         exact = z_of(level_of(h.value))
         others = [z_of(level) for level in range(level_of(h.value - off), level_of(h.value + off) + 1)]
-        there = np.bool_(exact < inf)
-        if any((z < inf) != there for z in others):
-            return Tracked(Fraction(exact if there else 0), inf, work), Doubt(bool(there), work)
-        if not there:
-            return Tracked(Fraction(0), inf, work), there
-        return hull(work.given(exact), [work.given(z) for z in others]), there
+        visible = np.bool_(exact < inf)
+        if any((z < inf) != visible for z in others):
+            return Tracked(Fraction(exact if visible else 0), inf, work), Doubt(bool(visible), work)
+        if not visible:
+            return Tracked(Fraction(0), inf, work), visible
+        return hull(work.given(exact), [work.given(z) for z in others]), visible
 
 
 def _ends_of(x: Tracked) -> tuple[float, float]:
@@ -207,8 +207,8 @@ class Formulas:
         """Occlusion of a texel that shows a surface."""
         here = self.estimator.start(self.view, texel)
         parts = (self._rises if hasattr(self.estimator, "steps") else self._terms)(here, texel)
-        made = self.estimator.end(reduce(add, parts, self.work.given(0)))
-        found: Tracked = self._number(select(self.estimator.counts(self.view, here), self._number(made), 0))
+        occlusion = self.estimator.end(reduce(add, parts, self.work.given(0)))
+        found: Tracked = self._number(select(self.estimator.counts(self.view, here), self._number(occlusion), 0))
         return found
 
     def _look_up(self, seen: Image, numbers: Callable[[int | None], Sequence[Any]]) -> list[Any]:
@@ -217,8 +217,8 @@ class Formulas:
         exact = [self._number(x) for x in numbers(here)]
         if others is None:
             return [unknown(x) for x in exact]
-        made = [[self._number(x) for x in numbers(other)] for other in others]
-        return [hull(x, [other[k] for other in made]) for k, x in enumerate(exact)]
+        ends = [[self._number(x) for x in numbers(other)] for other in others]
+        return [hull(x, [other[k] for other in ends]) for k, x in enumerate(exact)]
 
     def _number(self, x: Any) -> Any:
         return x if isinstance(x, Tracked | Sectors) else self.work.given(x)
@@ -259,8 +259,8 @@ class Formulas:
                 part = own.part(view, texel, k)
 
                 def rise(seen: int | None, s: int = s, k: Any = k, state: Any = state) -> Sequence[Any]:
-                    there = seen is not OUTSIDE and view.shows(seen)
-                    return own.step(view, here, s, k, state, texel, seen) if there else (0, state)
+                    visible = seen is not OUTSIDE and view.shows(seen)
+                    return own.step(view, here, s, k, state, texel, seen) if visible else (0, state)
 
                 added, state = self._look_up((column + part * across, row + part * down, valid), rise)
                 yield added

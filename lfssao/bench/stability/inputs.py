@@ -24,7 +24,7 @@ STEPS = 60
 UNCHANGED = np.hstack([np.eye(3), np.zeros((3, 1))])
 
 
-def made(make: Callable[..., Stiff], *arguments: Any, **named: Any) -> Callable[[str], Measured]:
+def measured(make: Callable[..., Stiff], *arguments: Any, **named: Any) -> Callable[[str], Measured]:
     """Return a function that makes a case and measures a path of it."""
     return lambda path: measure(make(*arguments, **named), path)
 
@@ -151,48 +151,52 @@ def mapped() -> Inputs:
 
 
 def _worlds() -> Inputs:
-    yield "ordinary", "a box of 1.4 x 0.8 x 0.5 m on the screen", made(scene, _BOX)
+    yield "ordinary", "a box of 1.4 x 0.8 x 0.5 m on the screen", measured(scene, _BOX)
     for power in (-30, -12, 12, 30):
-        scaled = made(scene, _BOX * 10.0**power, physical_from_world=UNCHANGED / 10.0**power)
+        scaled = measured(scene, _BOX * 10.0**power, physical_from_world=UNCHANGED / 10.0**power)
         yield "scene scale", f"a scene of size 1e{power}", scaled
     for power in (2, 4, 6, 8):
         world = UNCHANGED - 10.0**power * np.eye(3, 4, 3)
         points = _BOX - world[:, 3]
-        yield "offset", f"x from 1e{power} - 0.7 to 1e{power} + 0.7", made(scene, points, physical_from_world=world)
+        yield "offset", f"x from 1e{power} - 0.7 to 1e{power} + 0.7", measured(scene, points, physical_from_world=world)
     for power in (-6, -3, 3, 6):
         size = np.array([0.7, 0.7 * 10.0**power, 0.25]) if power < 0 else np.array([0.4 * 10.0**-power, 0.4, 0.25])
         roi = ((-size[0], -size[1], -size[2]), (size[0], size[1], size[2]))
         shown_by = replace(display(), roi=roi)
         fitted = fit_roi(np.array([-7 * size, 7 * size]), roi)
-        yield "aspect", f"a ROI of width / height 1e{-power}", made(scene, lattice() * size * 7, shown_by, fitted)
+        yield "aspect", f"a ROI of width / height 1e{-power}", measured(scene, lattice() * size * 7, shown_by, fitted)
         high = np.array([1.0, 10.0**power, 1.0])
         world = UNCHANGED / high[:, None]
-        yield "aspect", f"a world stretched by 1e{power} in height", made(scene, _BOX * high, physical_from_world=world)
+        yield (
+            "aspect",
+            f"a world stretched by 1e{power} in height",
+            measured(scene, _BOX * high, physical_from_world=world),
+        )
 
 
 def _mappings() -> Inputs:
     for k in range(1, STEPS + 1):
-        yield "near the lens", f"z = m_z (1 - t 2^-{k})", made(near, 2.5, k, 0)
-        yield "near the observers", f"z = z_o (1 - t 2^-{k})", made(near, -5.0, k, 1)
+        yield "near the lens", f"z = m_z (1 - t 2^-{k})", measured(near, 2.5, k, 0)
+        yield "near the observers", f"z = z_o (1 - t 2^-{k})", measured(near, -5.0, k, 1)
     for k in (10, 20, 30):
         points = close_to(2.0, k, 0) + np.array([0.625, 0.0, 0.0])
         text = f"a lens at m_x = 0.625, z = m_z (1 - t 2^-{k})"
-        yield "near the lens", text, made(scene, points, display(0.625, 2.0))
+        yield "near the lens", text, measured(scene, points, display(0.625, 2.0))
     for place in (10.0, 1e3):
         text = f"a lens at x = {place:g} m, 0.5 m behind the screen"
-        yield "wide module", text, made(scene, _BOX, display(place, 0.5))
+        yield "wide module", text, measured(scene, _BOX, display(place, 0.5))
     for angle in (120.0, 170.0, 179.9):
         yield "wide module", f"a field of view of {angle:g} degrees", _along(0.5, 0.0, 0.5, field_of_view=angle)
     curved = find_display("picoarray")
     for part in (0.5, 0.9, 0.999):
         for name, index in (("first", 0), ("last", len(curved.modules) - 1)):
             text = f"picoarray's {name} module, {part:g} of the way to the lens"
-            yield "curved screen", text, made(along_rays, curved, index, part)
+            yield "curved screen", text, measured(along_rays, curved, index, part)
     for place in (0.25, 1.5):
         shown_by = replace(display(place, 2.5), diffuser="conical")
         for part in (0.25, 0.75, 1 - 2.0**-10, 1 - 2.0**-20):
             text = f"a lens at x = {place:g} m, {part:.9g} of the way to where rays meet"
-            yield "conical diffuser", text, made(along_rays, shown_by, 0, part)
+            yield "conical diffuser", text, measured(along_rays, shown_by, 0, part)
     # With k1 alone it folds at r^2 = -1 / (3 k1), where it reaches 2 / 3 r: for -2 / 27 the texture's corner, sqrt 2.
     for k_1, k_2 in ((0.5, 0.1), (-0.05, 0.0), (-2 / 27 + 2.0**-10, 0.0), (-2 / 27 + 2.0**-40, 0.0)):
         yield "distortion", f"k1 = {k_1:.9f}, k2 = {k_2:g}", _along(0.4, 0.25, 2.5, k1=k_1, k2=k_2)
@@ -202,7 +206,7 @@ def _along(part: float, module_x: float, module_z: float, **lens: float) -> Any:
     """Return points on rays of a flat display's module with a lens of other numbers."""
     shown_by = display(module_x, module_z)
     other = replace(shown_by, modules=(replace(shown_by.modules[0], **lens),))  # type: ignore[arg-type]
-    return made(along_rays, other, 0, part)
+    return measured(along_rays, other, 0, part)
 
 
 def _surfaces() -> Inputs:
@@ -210,38 +214,38 @@ def _surfaces() -> Inputs:
     chess = np.indices(zero.shape).sum(axis=0)
     for power in (-12, -6, 6, 12):
         offset = np.array([0.0, 0.0, 0.5]) * 10.0**power
-        yield "radius", f"R = 1e{power}, from points on the surface", made(on_surface, offset)
+        yield "radius", f"R = 1e{power}, from points on the surface", measured(on_surface, offset)
     world = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.8, -0.6, 0.0], [0.0, 0.6, 0.8, 0.0]])
     level = (_BOX * [1.0, 1.0, 0.0]) @ world[:, :3]  # at z = 0, where the tilted world's surface is
     sine, cosine = sincospi(5 / 8)
     for behind in (1e-2, 1e-9):
         offset = np.array([0.25, 0.125, behind - 0.75 * (0.25 * sine + 0.125 * cosine)])
-        turned = made(scene, level, physical_from_world=world, offset=offset, depth=zero, turn=(cosine, sine))
+        turned = measured(scene, level, physical_from_world=world, offset=offset, depth=zero, turn=(cosine, sine))
         yield "turned samples", f"5/16 of a turn, to {behind:g} m behind", turned
     corners = np.stack([*np.meshgrid(np.arange(-4, 4) / 4, -np.arange(-4, 4) / 8), zero], axis=-1)
     depth = np.where(chess % 2, np.float32(-0.5), np.float32(0.5))
-    edges = made(scene, corners, display(0.0, 2.0), depth=depth)
+    edges = measured(scene, corners, display(0.0, 2.0), depth=depth)
     yield "texel edges", "u and v whole numbers, a chessboard of depths", edges
-    yield "on the surface", "samples on the surface itself", made(on_surface, np.zeros(3))
-    yield "on the surface", "z = -0, the surface at 0", made(on_surface, np.zeros(3), zero, -0.0)
-    yield "on the surface", "z = 0, the surface at -0", made(on_surface, np.zeros(3), -zero, 0.0)
+    yield "on the surface", "samples on the surface itself", measured(on_surface, np.zeros(3))
+    yield "on the surface", "z = -0, the surface at 0", measured(on_surface, np.zeros(3), zero, -0.0)
+    yield "on the surface", "z = 0, the surface at -0", measured(on_surface, np.zeros(3), -zero, 0.0)
     slope = 5729.577893  # tan 89.99 degrees
     texture = np.tile((np.arange(SIZE) - 3.5) * 0.25 * slope, (SIZE, 1)).astype(np.float32)
     for height in (1e-1, 1e-2, 1e-4):
         for side, where in ((1, "before"), (-1, "behind")):
             normal = side * height * np.array([1.0, 0.0, -1 / slope])
-            grazing = made(on_surface, normal, texture, shown_by=DEEP)
+            grazing = measured(on_surface, normal, texture, shown_by=DEEP)
             yield "grazing", f"89.99 degrees, {height:g} m {where} the surface", grazing
     texture = np.float32(10.0) ** np.linspace(-4, 4, SIZE * SIZE, dtype=np.float32).reshape(SIZE, SIZE)
     for step in (1e-2, 1e-5):
-        ranging = made(on_surface, np.array([0, 0, step]), texture, shown_by=DEEP)
+        ranging = measured(on_surface, np.array([0, 0, step]), texture, shown_by=DEEP)
         yield "depth range", f"depths 1e-4 to 1e4, samples {step:g} behind", ranging
     for name, step in (("float16", 2.0**-13), ("uint16", 0.25 / 65535), ("uint24", 0.25 / (2**24 - 1))):
-        yield "stored depth", f"{name} over 0.25 m, a quarter of its step behind", made(stored_as, name, step)
+        yield "stored depth", f"{name} over 0.25 m, a quarter of its step behind", measured(stored_as, name, step)
     for size in (1e-40, 5e-324):
-        yield "subnormals", f"coordinates of {size:g}", made(scene, np.sign(lattice()) * size, depth=zero)
+        yield "subnormals", f"coordinates of {size:g}", measured(scene, np.sign(lattice()) * size, depth=zero)
     depth = np.where(chess % 3 == 0, np.float32(np.inf), scene(_BOX).depth)
-    open_third = made(scene, _BOX, offset=(0.25, 0.125, 0.125), depth=depth)
+    open_third = measured(scene, _BOX, offset=(0.25, 0.125, 0.125), depth=depth)
     yield "background", "a third of the texels without a surface", open_third
 
 
@@ -252,12 +256,12 @@ def _cameras() -> Inputs:
         depth = (1 - 10.0 ** (-power * upward[::-1])) / (1 - 10.0**-power)
         text = f"far / near = 1e{power}, samples 0.01 near behind"
         behind = (0.002, 0.001, -0.005)
-        yield "perspective depth", text, made(seen_by, eye, depth, behind)
+        yield "perspective depth", text, measured(seen_by, eye, depth, behind)
         eye = replace(eye, projection="orthographic")
         depth = (10.0 ** (power * upward) - 1) / (10.0**power - 1)
-        yield "orthographic depth", text, made(seen_by, eye, depth, (0.02, 0.01, -0.005))
+        yield "orthographic depth", text, measured(seen_by, eye, depth, (0.02, 0.01, -0.005))
     eye = camera_at_origin("perspective", 8.0)
     for k in (5, 10, 20, 30):
         place = (2.0**-k * 0.1, 2.0**-k * 0.05, 1 - 2.0**-k)  # a surface at z = -1
         text = f"samples within 2^-{k} of the eye's plane"
-        yield "at the eye", text, made(seen_by, eye, np.full((SIZE, SIZE), 8 / 15), place)
+        yield "at the eye", text, measured(seen_by, eye, np.full((SIZE, SIZE), 8 / 15), place)

@@ -91,9 +91,9 @@ class Levels:
             w = near * formulas.upsampling_weight(v, n, self._normal(*coarse), self._radii[0])
             most, total = self._carried(*coarse)
             weights, peak, mean = weights + w, peak + w * most, mean + w * total
-        there = weights > 0
+        known = weights > 0
         none = self.work.given(0)
-        return select(there, peak / weights, none), select(there, mean / weights, none)
+        return select(known, peak / weights, none), select(known, mean / weights, none)
 
     def _coarse(self, level: int, row: int, column: int) -> Iterator[tuple[int, tuple[int, int, int]]]:
         """Yield the coarse texels around a texel, its own first, and their weights by distance, 9, 3, 3 and 1."""

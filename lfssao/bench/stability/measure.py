@@ -135,8 +135,8 @@ class Exact:
         """Return the image point of a texel's sample, and its image z."""
         point, offset = (Vector(*map(self._work.given, x)) for x in (self._case.positions[texel], self._case.offset))
         if self._back:  # Algorithm 1, lines 1 to 3
-            made = self._unprojected(point)
-            point = Vector(made.u / made.z, made.v / made.z, made.q / made.z)
+            homogeneous = self._unprojected(point)
+            point = Vector(homogeneous.u / homogeneous.z, homogeneous.v / homogeneous.z, homogeneous.q / homogeneous.z)
         moved = self._along(offset)
         if self._case.turn:
             cosine, sine = map(self._work.given, self._case.turn)

@@ -20,7 +20,7 @@ from lfssao.ao.estimators.sao.texel_rays import linear_z
 from lfssao.ao.formulas import cast_depth, float_view, words_of
 from lfssao.ao.moments import moment_pyramid
 from lfssao.ao.textures import Buffers, Texture
-from lfssao.bench.stability.conditions import VIEWS, at_corners, seen, texel_size
+from lfssao.bench.stability.conditions import VIEWS, at_corners, buffers_of, texel_size
 from lfssao.bench.stability.exact import Formulas
 from lfssao.bench.stability.levels import Levels
 from lfssao.bench.stability.measure import FINE, PATHS, Measured, error_of
@@ -49,14 +49,14 @@ OCCLUSIONS = {f"{what} in {path}": stated for what, stated in _ESTIMATES.items()
 
 # Textures of a view by name, and R, texels.
 _INPUTS: dict[str, tuple[Callable[[str], Buffers], float]] = {
-    "R = 2^2 texels": (seen, 4.0),
-    "R = 2^-8 texels": (seen, 2.0**-8),
-    "planes an ulp apart, R = 2^2 texels": (partial(seen, surface="planes an ulp apart"), 4.0),
+    "R = 2^2 texels": (buffers_of, 4.0),
+    "R = 2^-8 texels": (buffers_of, 2.0**-8),
+    "planes an ulp apart, R = 2^2 texels": (partial(buffers_of, surface="planes an ulp apart"), 4.0),
     "points at texels' corners, R = 2^-12 texels": (
-        lambda kind: at_corners(kind, seen(kind, "a chessboard", 0.05)), 2.0**-12,
+        lambda kind: at_corners(kind, buffers_of(kind, "a chessboard", 0.05)), 2.0**-12,
     ),
 }  # fmt: skip
-_WIDE = {"R = 2^5 texels": (seen, 32.0)}  # taps read levels of z
+_WIDE = {"R = 2^5 texels": (buffers_of, 32.0)}  # taps read levels of z
 
 
 def occlusions() -> Inputs:
@@ -87,19 +87,19 @@ def compare(name: str, textures: Buffers, radius: float, path: str) -> Measured:
     arrays = textures.depth, textures.positions, textures.normals
     buffers = Buffers(textures.view, *(array.astype(dtype) for array in arrays if array is not None))
     turned = buffers if estimator.rotation == "none" else buffers.turned(estimator.rotation)
-    made = made_by(name, turned, radius, min(estimator.count, _SAMPLES), estimator.options())
-    ours = made.texture.ravel()
-    there = np.flatnonzero(made.depth < np.inf)
-    texels = there[(np.arange(made.measured) * 2 + 1) * len(there) // (2 * made.measured)]
-    exact = [made.exact(int(texel)) for texel in texels]
-    errors, ulps = zip(*(error_of(ours[t], x.value, dtype) for t, x in zip(texels, exact, strict=True)), strict=True)
+    computed = compute(name, turned, radius, min(estimator.count, _SAMPLES), estimator.options())
+    values = computed.texture.ravel()
+    visible = np.flatnonzero(computed.depth < np.inf)
+    texels = visible[(np.arange(computed.measured) * 2 + 1) * len(visible) // (2 * computed.measured)]
+    exact = [computed.exact(int(texel)) for texel in texels]
+    errors, ulps = zip(*(error_of(values[t], x.value, dtype) for t, x in zip(texels, exact, strict=True)), strict=True)
     bounds = [x.error for x in exact]
     exceeded = sum(not error <= bound for error, bound in zip(errors, bounds, strict=True))
     flipped, undecided = (sum(not off <= FINE for off in offs) for offs in (errors, bounds))
-    return Measured(None, max(ulps), max(errors), max(bounds), exceeded, flipped, undecided, made.measured)
+    return Measured(None, max(ulps), max(errors), max(bounds), exceeded, flipped, undecided, computed.measured)
 
 
-class Made(NamedTuple):
+class Computed(NamedTuple):
     """A texture that kernels make, and its exact value."""
 
     texture: Texture  # (H, W)
@@ -108,7 +108,7 @@ class Made(NamedTuple):
     exact: Callable[[int], Tracked]  # of a texel that shows a surface
 
 
-def made_by(name: str, buffers: Buffers, radius: float, count: int, options: Any) -> Made:
+def compute(name: str, buffers: Buffers, radius: float, count: int, options: Any) -> Computed:
     """Return an estimator's occlusion by ``count`` samples; of ``SAMPLED`` A before averaging, by all of their taps.
 
     A's exact value is of the points, normals and levels of z that the kernels make before the sampling pass.
@@ -116,12 +116,12 @@ def made_by(name: str, buffers: Buffers, radius: float, count: int, options: Any
     estimator = find_estimator(name)
     work = Arithmetic.of(buffers.depth.dtype)
     if name == LEVELS:
-        made = estimate(name, buffers, radius, None, None, "radii", **vars(options)).texture
-        return Made(made, buffers.depth.ravel(), 2, Levels(buffers, radius, options, work).occlusion)
+        texture = estimate(name, buffers, radius, None, None, "radii", **vars(options)).texture
+        return Computed(texture, buffers.depth.ravel(), 2, Levels(buffers, radius, options, work).occlusion)
     if name in SAMPLED:
         z = linear_z(buffers)
         view, numbers = sampling_pass(buffers, z, radius, options)
-        made = sample(buffers, z, radius, options)[0]
+        texture = sample(buffers, z, radius, options)[0]
         scale = work.given(scale_of(options, z.dtype))
     else:
         assert estimator.formulas is not None
@@ -131,7 +131,7 @@ def made_by(name: str, buffers: Buffers, radius: float, count: int, options: Any
         scale = None
         if estimator.filtered:
             view = view._replace(moments_of=moment_pyramid(cast_depth(buffers), options.prefilter))
-        made = estimate(name, buffers, radius, *samples, "radii", **vars(options)).texture
+        texture = estimate(name, buffers, radius, *samples, "radii", **vars(options)).texture
     formulas = Formulas.of(view, numbers, len(buffers.depth), work)
 
     def exact(texel: int) -> Tracked:
@@ -139,4 +139,4 @@ def made_by(name: str, buffers: Buffers, radius: float, count: int, options: Any
         return found if scale is None else work.given(0) + visibility_of(scale, found)
 
     terms = numbers.points.shape[0] * getattr(numbers, "steps", 1)
-    return Made(made, view.depth, max(1, _TERMS // terms), exact)
+    return Computed(texture, view.depth, max(1, _TERMS // terms), exact)

@@ -47,12 +47,12 @@ class Arithmetic:
             if not isfinite(value):
                 return Tracked(Fraction(0), inf, self)
             value = Fraction(float(value))
-        made = Tracked(functions.shortened(value), error, self)
-        if not made.size + error < self.largest:
-            made.error = inf
-        elif error or not self._holds(value, made.size):
-            made.error = (error + self.unit * (made.size + error) + self.tiny) * _SAFETY
-        return made
+        rounded = Tracked(functions.shortened(value), error, self)
+        if not rounded.size + error < self.largest:
+            rounded.error = inf
+        elif error or not self._holds(value, rounded.size):
+            rounded.error = (error + self.unit * (rounded.size + error) + self.tiny) * _SAFETY
+        return rounded
 
     def given(self, number: Any) -> "Tracked":
         """Return an input, rounded to the format."""

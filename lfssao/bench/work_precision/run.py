@@ -76,15 +76,15 @@ def times_of(scene: BenchScene, estimator: Estimator, threads: int) -> dict[Sett
     }
     passes |= {("merge", len(radii)): partial(post.merge, [texture] * len(radii)) for radii in grid.radii}
     passes |= {("blur", blur): partial(post.blur, texture, blur) for blur in grid.blurs}
-    made: list[dict[Any, tuple[float, float]]] = []
+    times: list[dict[Any, tuple[float, float]]] = []
     for count, clock in ((1, process_time), (threads, perf_counter)):
         with kernel_threads(count):
-            made.append(least_times(passes, grid.spread, grid.most, clock))
+            times.append(least_times(passes, grid.spread, grid.most, clock))
     out = {}
     for variant, radii, blur in product(inputs, grid.radii, grid.blurs):
         keys = [*(("ao", variant, radius) for radius in radii), ("merge", len(radii)), ("blur", blur)]
-        work, wall = (sum(each[key][0] for key in keys) for each in made)
-        out[variant, radii, blur] = work, max(made[0][key][1] for key in keys[:-2]), wall
+        work, wall = (sum(each[key][0] for key in keys) for each in times)
+        out[variant, radii, blur] = work, max(times[0][key][1] for key in keys[:-2]), wall
     return out
 
 

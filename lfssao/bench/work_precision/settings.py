@@ -112,10 +112,10 @@ def samples_for(estimator: Estimator, sampler: str, n: int, seed: int) -> tuple[
     """Return points and weights of one set; those of LF's estimators fill the shell of ``make_samples``."""
     domain = _domain(estimator)
     shell = {"r_min": 0.8, "r_max": 1.0} if estimator.sampling is not None else {}
-    made = sample_set(domain, sampler, n, seed, **shell)
+    samples = sample_set(domain, sampler, n, seed, **shell)
     if estimator.name in _TAPS and sampler != "spiral":
-        return made.points * (made.points**2).sum(axis=1, keepdims=True) ** 0.5, None
-    return made.points, made.weights
+        return samples.points * (samples.points**2).sum(axis=1, keepdims=True) ** 0.5, None
+    return samples.points, samples.weights
 
 
 def _domain(estimator: Estimator) -> str:

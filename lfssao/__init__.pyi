@@ -4,7 +4,7 @@ from .ao.bent import bent_normals
 from .ao.estimators.own import read_estimator
 from .ao.estimators.registry import estimate
 from .ao.ground_truth import GroundTruth, Occluders, ray_cast_occlusion
-from .ao.post import blur, merge, shade
+from .ao.post import Light, blur, merge, shade
 from .ao.ssao import Occlusion, algorithm1, algorithm2
 from .ao.textures import Buffers
 from .errors import InputError, InputWarning, LfssaoError, MissingPackageError
@@ -33,8 +33,8 @@ from .verify.compare.report import Report
 __version__: str
 __all__ = [
     "Buffers", "Camera", "Case", "Display", "GBuffer", "GroundTruth", "InputError", "InputWarning", "LensletDisplay",
-    "LfssaoError", "LightField", "Mesh", "MissingPackageError", "Module", "Occluders", "Occlusion", "Paint", "Part",
-    "Photograph", "Quilt", "RayCaster", "Rendered", "Report", "Settings", "Textures", "View", "WorldToImage",
+    "LfssaoError", "Light", "LightField", "Mesh", "MissingPackageError", "Module", "Occluders", "Occlusion", "Paint",
+    "Part", "Photograph", "Quilt", "RayCaster", "Rendered", "Report", "Settings", "Textures", "View", "WorldToImage",
     "algorithm1", "algorithm2", "bent_normals", "blur", "builtin_scene", "compare", "default_radii", "display_names",
     "display_text", "estimate", "eye_page", "eye_point", "eye_range", "eye_view", "find_display", "find_scene",
     "find_views", "fit_roi", "load_scene", "make_samples", "merge", "module_views", "parse_display",

@@ -180,3 +180,13 @@ def convolve_rows(source: Texture, weights: Texture) -> Texture:
 def shade(rgb: Texture, ao: Texture) -> Texture:
     """Section 4 and the last pass: each channel multiplied by 1 - ao."""
     return rgb * (ao.dtype.type(1) - ao)[..., None]
+
+
+def lit(rgb: Texture, ao: Texture, normals: Texture, unit: Point, ambient: float, on_all: bool) -> Texture:
+    """The last pass with a ``Light``, of a unit vector towards it; ``on_all``: whether AO is on all."""
+    x, y, z, share, one = np.array([*unit, ambient, 1]).astype(ao.dtype)
+    cosine = (normals[..., 0] * x + normals[..., 1] * y) + normals[..., 2] * z
+    direct = (one - share) * np.where(cosine < 0, 0 * one, cosine)
+    factor = (share + direct) * (one - ao) if on_all else share * (one - ao) + direct
+    shaded: Texture = rgb * factor[..., None]
+    return shaded

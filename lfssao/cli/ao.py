@@ -65,7 +65,7 @@ def add_to(ao: argparse.ArgumentParser) -> None:
     of_view = "the view of such a folder, or the camera of such a set (default: that of the name of the depth's file)"
     add("--view", metavar="NAME", help=of_view)
     several: dict[str, Any] = {"type": lambda text: tuple(map(values.radius, text.split(","))), "metavar": "R,R,..."}
-    add = ao.add_argument_group("occlusion and blur").add_argument
+    add = ao.add_argument_group("occlusion, blur and light").add_argument
     add("--radii", **several, required=True, help="radii of the sampling ball, world units")
     add_ao_options(add)
     add = ao.add_argument_group("output").add_argument
@@ -82,6 +82,8 @@ def _ao(options: argparse.Namespace) -> None:
     for name in rules:
         with errors_of("--map"):
             check_choice("layer", name, [n for key in given for n in Layer(*_TEXTURES[key], (), None).names])
+    if options.light is not None and not {"image", "normals"} <= set(given):
+        raise InputError("--light: it lights --image FILE by --normals FILE, give both")
     target = options.output / f"{options.depth.stem}.exr"
     if target.resolve() in [path.resolve() for path in given.values()]:
         raise InputError(f"--output: {target} is an input, give another folder")

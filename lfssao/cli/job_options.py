@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.published import published_names
 from lfssao.ao.estimators.registry import find_estimator
+from lfssao.ao.post import OCCLUDED, Light
 from lfssao.cli import estimators, values
 from lfssao.cli.terminal import say
 from lfssao.cli.values import MOST_BLUR, MOST_SAMPLES
@@ -73,6 +74,10 @@ _HELP = {
     "--rotate": f"turn each texel's samples: {', '.join(ROTATIONS)}; hash by the seed; or by the radians "
     "or noise vectors of a file, of all texels or a square tile (default: the estimator's own, hash of LF's)",
     "--rotate-rows": "where a file of --rotate, or each of its tiles, begins (default: above)",
+    "--light": "a light without shadows, for the layer shaded: a vector of the world towards it; --light=-1,2,3 if it "
+    "begins with - (default: none, colour times 1 - AO)",
+    "--ambient": "share of the light that is ambient and comes from everywhere, 0 to 1 (default: 0.5)",
+    "--occlude": "where AO is with --light: on the ambient term, or on all (default: ambient)",
     "--filter": "how the mesh's colour textures are read: bilinear or nearest (default: bilinear)",
     "--normals": "write world normals too: geometric (default) or smooth, from the mesh's vertices where it has them",
     "--layers": f"keep and write only these of {', '.join(LAYERS)}, and compute only what they need "
@@ -99,6 +104,9 @@ _AO_OPTIONS: dict[str, dict[str, Any]] = {
     "--blur": {"type": values.blur, "default": 1.0, "metavar": "SIGMA"},
     "--rotate": {"metavar": "NAME|FILE"},
     "--rotate-rows": {"choices": ("above", "below")},
+    "--light": {"type": values.vector, "metavar": "X,Y,Z"},
+    "--ambient": {"type": values.share, "metavar": "A"},
+    "--occlude": {"choices": OCCLUDED},
 }
 
 
@@ -121,7 +129,7 @@ def add_options(command: argparse.ArgumentParser, *, output: bool) -> None:
     add("--stereo", type=values.positive, metavar="DISTANCE")
     add("--resolution", type=values.resolution, metavar="WxH")
     add("--guard", type=values.guard, default=0, metavar="N")
-    occlusion = command.add_argument_group("occlusion and blur").add_argument
+    occlusion = command.add_argument_group("occlusion, blur and light").add_argument
     add = _helped(occlusion)
     add("--radii", type=values.radii, metavar="R,R,...")
     add_ao_options(occlusion)
@@ -148,7 +156,7 @@ def _helped(add_argument: Callable[..., Any]) -> Callable[..., None]:
 
 
 def add_ao_options(add_argument: Callable[..., Any]) -> None:
-    """Add the options of AO and blur, but for the radii, by ``add_argument`` of a group of a command's options."""
+    """Add the options of AO, blur and light, not of radii, by ``add_argument`` of a group of a command's options."""
     for name, more in _AO_OPTIONS.items():
         add_argument(name, help=_HELP[name], **more)
 
@@ -295,8 +303,17 @@ def ao_settings(
         weights=weights,
         rotation=estimators.read_rotation(options, sizes),
         rotation_seed=options.seed or 0,
+        light=_light(options),
         **more,
     )
+
+
+def _light(options: argparse.Namespace) -> Light | None:
+    given = {name: getattr(options, name) for name in ("ambient", "occlude") if getattr(options, name) is not None}
+    if options.light is None and given:
+        raise InputError("--ambient and --occlude are of a light: they need --light")
+    with errors_of("--light"):
+        return None if options.light is None else Light(options.light, **given)
 
 
 def _views(

@@ -68,7 +68,8 @@ def _render(options: argparse.Namespace) -> None:
         written += f"; {ANIMATION}" * job.has_sheet
     print(printable(f"{job.folder}: {written}"))
     if job.has_view:
-        both = ", without AO and with it" if job.mesh.paint is not None else ""
+        made = ", without AO and with it" if job.settings.light is None else ", without light and AO, and with both"
+        both = made if job.mesh.paint is not None else ""
         print(printable(f"open {job.folder / VIEW}: what an eye in the middle sees{both}"))
         print(printable(f"try next: lfssao view {job.folder} --eye-x 0.4 -o right.png"))
     if job.panel and "shaded" in job.settings.kept:

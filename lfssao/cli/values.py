@@ -62,6 +62,7 @@ neighbours = whole(0, 64)
 threads = whole(1, MOST_THREADS)
 blur = number(f"a sigma from 0 to {MOST_BLUR:g} texels", lambda value: 0 <= value <= MOST_BLUR)
 radius = number(f"a radius from 0 to {LARGEST_RADIUS:g}", lambda value: 0 <= value <= LARGEST_RADIUS)
+share = number("a share from 0 to 1", lambda value: 0 <= value <= 1)
 positive = number("a number above 0", lambda value: 0 < value <= LARGEST_RADIUS)
 finite = number("a finite number", math.isfinite)
 

@@ -4,6 +4,7 @@ import hashlib
 import json
 import platform
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -85,6 +86,7 @@ def describe_settings(settings: Settings) -> dict[str, Any]:
         "normals": settings.normals,
         "layers": list(settings.kept),
         "caster": settings.caster,
+        **({} if settings.light is None else {"light": asdict(settings.light)}),
     }
 
 

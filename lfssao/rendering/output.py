@@ -37,7 +37,6 @@ VIEW = "view.png"
 ANIMATION = "animation.png"
 MOST_PICTURES = 360  # of an animation
 _SHOT = (0.0, 900, "linear")  # view.png: the place of the eye, pixels across, how modules are blended
-_TITLES = {"color": "without AO", "shaded": "with AO"}  # in view.png
 
 
 class Result(NamedTuple):
@@ -109,7 +108,8 @@ def recover_view(job: Job, item: Item) -> Result | None:
         return None  # no file, or none of ours: it is made anew, as any file in the way is
     wanted = job.identity(item)
     if made_from != wanted:
-        other = ", ".join(name for name in wanted if made_from.get(name) != wanted[name])
+        names = {**wanted, **made_from}
+        other = ", ".join(name for name in names if made_from.get(name) != wanted.get(name))
         reason = f"it was rendered with other parameters ({other}): --resume goes on with the same job only"
         raise InputError(f"{path}: {reason}")
     if not whole:
@@ -247,7 +247,9 @@ def _view(job: Job, results: Sequence[Result], field: LightField | None) -> Imag
 
         fill(field, job.folder, layers, {k: result.entry for k, result in enumerate(results)})
     codes = np.split(to_codes(field.photograph(*_SHOT).image), len(layers), axis=2)
-    return side_by_side({_TITLES[layer]: picture for layer, picture in zip(layers, codes, strict=True)})
+    made = "AO" if job.settings.light is None else "light and AO"
+    titles = {"color": f"without {made}", "shaded": f"with {made}"}
+    return side_by_side({titles[layer]: picture for layer, picture in zip(layers, codes, strict=True)})
 
 
 def _seen(job: Job) -> list[str]:

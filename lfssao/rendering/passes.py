@@ -88,7 +88,7 @@ def finish_view(
     blurred = run("blur", lambda: post.blur(merged, settings.blur), zero)
     color = gbuffer.color  # a mesh without colour is white
     shade = partial(post.shade_white, gbuffer.depth) if color is None else partial(post.shade, color)
-    shaded = run("shade", lambda: shade(blurred), black)
+    shaded = run("shade", lambda: shade(blurred, gbuffer.normals, settings.light), black)
     left_out: dict[str, Any] = dict.fromkeys({"positions", "color", "normals"}.difference(kept))
     return Textures(
         view=view,

@@ -81,7 +81,7 @@ class Settings(Table):
         How the mesh's textures are read, 'bilinear' or 'nearest'.
     normals : str or None
         Kind of the normals texture, 'geometric' or 'smooth'. None: no such texture, or geometric normals where the
-        estimator or ``layers`` needs one.
+        estimator, the light or ``layers`` needs one.
     estimator : str
         Name of the estimator of occlusion (``lfssao estimators`` lists them).
     parameters : mapping
@@ -104,6 +104,8 @@ class Settings(Table):
     layers : tuple of str, or None
         Which of ``LAYERS`` are kept, 'ao' and 'bent' for those of all radii; what none of them reads is not computed.
         None: all but bent, normals if ``normals`` names a kind.
+    light : Light or None
+        What the layer shaded is lit by; None: AO alone.
 
     Examples
     --------
@@ -125,6 +127,7 @@ class Settings(Table):
     rotation: str | NDArray[np.floating[Any]] | None = None
     rotation_seed: int = 0
     layers: tuple[str, ...] | None = None
+    light: post.Light | None = None
 
     def _facts(self) -> dict[str, object]:
         samples = "none" if self.samples is None else len(self.samples)
@@ -142,6 +145,7 @@ class Settings(Table):
             check_radius(radius)
         post.gaussian_kernel(self.blur)
         self._check_names()
+        check_type("light", self.light, post.Light | None)
         if self.caster == "embree":
             require_embree()
         object.__setattr__(self, "neighbours", check_whole("neighbours", self.neighbours, 0))
@@ -169,7 +173,7 @@ class Settings(Table):
         if self.rotation is None:
             object.__setattr__(self, "rotation", estimator.rotation)
         self._check_rotation(estimator)
-        if self.normals is None and (self._reads_normals or "normals" in (self.layers or ())):
+        if self.normals is None and (self._reads_normals or self.light or "normals" in (self.layers or ())):
             object.__setattr__(self, "normals", "geometric")
 
     def _check_rotation(self, estimator: Estimator) -> None:
@@ -217,7 +221,7 @@ class Settings(Table):
         for name in reversed(LAYERS):
             if name in needed:
                 needed.update(_READS.get(name, ()))
-        if not needed.isdisjoint(("ao", "bent")) and self._reads_normals:
+        if (not needed.isdisjoint(("ao", "bent")) and self._reads_normals) or ("shaded" in needed and self.light):
             needed.add("normals")
         return tuple(name for name in LAYERS if name in needed)
 

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from reference import passes as reference
 
 from lfssao.ao import post
+from lfssao.ao import reference as readable
 from lfssao.ao.kernels import post as post_kernels
 from lfssao.errors import InputError
 
@@ -112,7 +113,53 @@ def test_shading_without_colour_shades_a_white_image(dtype, data):
     assert_same_bits(post.shade_white(depth, occlusion), reference.shade(white, occlusion))
 
 
+vectors = st.tuples(*[st.floats(-3, 3)] * 3).filter(lambda v: max(map(abs, v)) > 1e-6)
+
+
+@both
+@given(data=st.data(), direction=vectors, ambient=st.one_of(st.floats(0, 1), st.sampled_from([0.0, 0.5, 1.0])))
+def test_a_light_equals_the_reference(dtype, data, direction, ambient):
+    """Some normals are 0 or no unit vectors. All ambient light, whatever its AO is on, is no light at all."""
+    shape = data.draw(shapes)
+    rgb, occlusion = np.clip(data.draw(textures(dtype, (*shape, 3))), -2, 2), data.draw(textures(dtype, shape))
+    occlusion = np.clip(occlusion, -2, 2)
+    normals = np.clip(data.draw(textures(dtype, (*shape, 3))) * 2 - 1, -2, 2).astype(dtype)
+    for place in ("ambient", "all"):
+        light = post.Light(direction, ambient, place)
+        made = post.shade(rgb, occlusion, normals, light)
+        assert_same_bits(made, reference.light(rgb, occlusion, normals, direction, ambient, place))
+        assert_same_bits(made, readable.lit(rgb, occlusion, normals, light.unit, ambient, place == "all"))
+        whole = post.shade(rgb, occlusion, normals, post.Light(direction, 1, place))
+        np.testing.assert_array_equal(whole, post.shade(rgb, occlusion))
+
+
+@both
+def test_what_faces_a_light_keeps_its_colour_and_what_turns_away_has_the_ambient_term(dtype):
+    rgb, occlusion = np.full((1, 3, 3), 0.5, dtype), np.array([[0, 0, 0.5]], dtype)
+    normals = np.array([[[0, 0.6, 0.8], [0, 0, -1], [0, 0.6, 0.8]]], dtype)
+    usual = post.shade(rgb, occlusion, normals, post.Light([0, 3, 4]))
+    np.testing.assert_allclose(usual[0, :, 0], [0.5, 0.25, 0.375], rtol=1e-6)
+    assert_same_bits(usual, post.shade(rgb, occlusion, normals, post.Light((0, 3e14, 4e14))))
+    all_of_it = post.shade(rgb, occlusion, normals, post.Light((0, 3, 4), 0.5, "all"))
+    np.testing.assert_allclose(all_of_it[0, :, 0], [0.5, 0.25, 0.25], rtol=1e-6)
+    white = post.shade_white(np.array([[1, np.inf, 1]], dtype), occlusion, normals, post.Light(np.array([0, 3, 4])))
+    np.testing.assert_allclose(white[0, :, 0], [1, 0, 0.75], rtol=1e-6)
+
+
+NO_DIRECTIONS = (0, 0, 0), (1, 2), (1, 2, "3"), (np.nan, 0, 1), (1e16, 0, 0), 5, None, "123"
+
+
+@pytest.mark.parametrize("wrong", [
+    *({"direction": bad} for bad in NO_DIRECTIONS), *({"ambient": bad} for bad in (-0.1, 1.1, np.nan, None, "1")),
+    *({"occlude": bad} for bad in ("some", None, 1)),
+])  # fmt: skip
+def test_a_wrong_light_is_refused(wrong):
+    with pytest.raises(InputError, match=next(iter(wrong))):
+        post.Light(**{"direction": (1, 2, 3), **wrong})
+
+
 T = np.zeros((2, 3))
+C = np.zeros((2, 3, 3))
 MIXED = T, T.astype(np.float32)
 
 
@@ -123,6 +170,8 @@ MIXED = T, T.astype(np.float32)
     (post.shade_white, [(T[0], T[0]), (T, T[:1]), MIXED]),
     (post.shade, [(np.zeros(shape), T) for shape in ((2, 3), (2, 3, 4), (3, 2, 3))]),
     (post.shade, [(np.zeros((2, 3, 3), np.float32), T)]),
+    (post.shade, [(C, T, normals, post.Light((1, 2, 3))) for normals in (None, C[:1], C + np.nan, C.astype("f4"), 5)]),
+    (post.shade, [(C, T, C, light) for light in (0, (1, 2, 3), "all")]),
 ])  # fmt: skip
 def test_the_passes_refuse_what_does_not_fit(make, refused):
     for arguments in refused:

@@ -275,7 +275,7 @@ def test_no_option_is_named_that_is_far_from_it(capsys, words):
 
 
 def test_options_stand_in_groups(capsys):
-    for command, titles in (("render", ("views", "occlusion and blur", "output")), ("compare", ("reports",))):
+    for command, titles in (("render", ("views", "occlusion, blur and light", "output")), ("compare", ("reports",))):
         with pytest.raises(SystemExit):
             main([command, "--help"])
         said = capsys.readouterr().out

@@ -111,6 +111,14 @@ class Renderer:
         arrays = [image, inputs["occlusion"], np.full_like(image, np.nan)]
         return {"shaded": self.run("shade", (-(-image.size // 64),), arrays, (2,), numbers=image.size)[0]}
 
+    def light(self, parameters, inputs):
+        image, direction = inputs["image"], parameters["direction"]
+        length = np.sqrt((direction[0] * direction[0] + direction[1] * direction[1]) + direction[2] * direction[2])
+        arrays = [image, inputs["occlusion"], inputs["normals"], np.full_like(image, np.nan)]
+        numbers = {"towards": tuple(each / length for each in direction), "ambient": parameters["ambient"]}
+        numbers |= {"on_all": parameters["occlude"] == "all", "numbers": image.size}
+        return {"shaded": self.run("light", (-(-image.size // 64),), arrays, (3,), **numbers)[0]}
+
     def frame(self, parameters, inputs):
         g = parameters["guard"]
 
@@ -129,4 +137,4 @@ class Renderer:
         return getattr(self, stage)(parameters, inputs)
 
 
-STAGES = ("algorithm1", "algorithm2", "merge", "blur", "shade", "frame")
+STAGES = ("algorithm1", "algorithm2", "merge", "blur", "shade", "light", "frame")

@@ -53,7 +53,7 @@ class Renderer:
         self.samples, self.options = np.array(settings["samples"]), settings["parameters"]
         self.mapping = KINDS.index(view["world_to_image_kind"]), np.array(view["world_to_image"])
         self.back = None if view["screen_to_world"] is None else np.reshape(view["screen_to_world"], (4, 4))
-        self.textures, self.turns = textures, None
+        self.textures, self.turns, self.light = textures, None, settings.get("light")
         if settings["rotation"] != "none":
             self.turns = turns_of(settings["rotation"], settings["rotation_seed"], *self.depth.shape)
         axes = np.reshape(view["cast_from_world"], (3, 4))
@@ -135,3 +135,12 @@ class Renderer:
 
     def shade(self, image=None, ao=None):
         return (self.color if image is None else image) * (1 - (self.blurred if ao is None else ao))[..., None]
+
+    def lit(self, ao=None, occlude=None, faced=lambda cosine: np.maximum(cosine, 0), sign=1, direct=1.0, ambient=None):
+        """The image by the manifest's light; each argument is a knob."""
+        direction, place = np.array(self.light["direction"]), occlude or self.light["occlude"]
+        own = self.light["ambient"]
+        share, visible = own if ambient is None else ambient, 1 - (self.blurred if ao is None else ao)
+        light = direct * (1 - own) * faced(sign * (self.normals @ (direction / np.linalg.norm(direction))))
+        factor = (share + light) * visible if place == "all" else share * visible + light
+        return self.color * factor[..., None]

@@ -479,3 +479,43 @@ def shade(ar, rgb, occlusion, light=None):
     first = ar.multiply(rgb, ar.subtract(1.0, ao) if light is None else light[..., None])
     second = ar.fused(-rgb, ao, rgb)
     return ar.choose(ar.lot(0.5), first, second)
+
+
+def unit_or_not(ar, vector, again):
+    """Three coordinates, divided by the length by the renderers of ``again``, unless that is 0."""
+    square = ar.total(vector, vector)
+    length = ar.root(np.where(square > 0, square, 1.0))
+    return [ar.choose(again, np.where(square > 0, ar.divide(x, length), x), x) for x in vector]
+
+
+def lit(ar, rgb, occlusion, normals, direction, ambient, on_all):
+    """The image lit, in every order of sums and products that a renderer is likely to have; arrays as of ``shade``."""
+    rgb, ao, share = rgb.astype(np.float64), ar.full(occlusion)[..., None], single(ambient)
+    given = np.array(direction, np.float64)
+    own = unit_or_not(ar, [ar.full(np.full((1, 1), x)) for x in single(given)], ar.lot(1.0))
+    ready = single(given / np.sqrt((given * given).sum()))
+    towards = [ar.choose(ar.lot(0.5), a, ar.full(np.full((1, 1), b))) for a, b in zip(own, ready, strict=True)]
+    facing = unit_or_not(ar, list(np.moveaxis(ar.full(normals), -1, 0)), ar.lot(0.5))
+    f = np.maximum(ar.total(facing, towards), 0.0)[..., None]
+    rest = ar.choose(ar.lot(0.5), ar.subtract(1.0, share), ar.full(single(1 - ambient)))
+    direct, visible, shaded = ar.multiply(rest, f), ar.subtract(1.0, ao), ar.multiply(rgb, share)
+    if on_all:
+        whole = ar.choose(ar.lot(0.5), ar.add(share, direct), ar.fused(share, ar.subtract(1.0, f), f))
+        ways = [
+            ar.multiply(rgb, ar.multiply(whole, visible)), ar.multiply(ar.multiply(rgb, whole), visible),
+            ar.multiply(rgb, ar.fused(-whole, ao, whole)),
+        ]  # fmt: skip
+        colored = ar.multiply(rgb, f)
+        terms = [(shaded, 1.0), (colored, 1.0), (-shaded, f), (-shaded, ao), (-colored, ao),
+                 (ar.multiply(shaded, f), ao)]  # fmt: skip
+    else:
+        ways = [
+            ar.multiply(rgb, ar.fused(share, visible, direct)), ar.fused(shaded, visible, ar.multiply(rgb, direct)),
+            ar.multiply(rgb, ar.fused(share, ar.subtract(visible, f), f)),
+            ar.multiply(rgb, ar.add(ar.fused(-share, ao, share), direct)),
+        ]  # fmt: skip
+        terms = [(shaded, 1.0), (-shaded, ao), (rgb, f), (-shaded, f)]
+    terms = [[np.broadcast_to(ar.align(x, shaded)[0], np.shape(ways[0])) for x in term] for term in terms]
+    ways.append(ar.total(*map(list, zip(*terms, strict=True))))
+    chosen = ar.rng.integers(0, len(ways), ar.renderers)
+    return np.stack(ways)[chosen, np.arange(ar.renderers)]

@@ -92,6 +92,10 @@ def blur_stage(parameters, inputs):
     return {"blurred": whole, "weights_float64": np.array(exact), "weights": weights, "horizontal": half}
 
 
+def inputs_of_light(inputs):
+    return {"image": inputs["image"], "occluded": inputs["occlusion"], "normals": inputs["normals"]}
+
+
 def frame_stage(parameters, inputs):
     tables = [offsets(radius, inputs["samples"]) for radius in parameters["radii"]]
     textures = (inputs[name] for name in ("depth", "positions", "image"))
@@ -128,6 +132,7 @@ STAGES = {
     "merge": lambda parameters, inputs: {"merged": passes.merge(inputs["layers"])},
     "blur": blur_stage,
     "shade": lambda parameters, inputs: {"shaded": passes.shade(inputs["image"], inputs["occlusion"])},
+    "light": lambda parameters, inputs: {"shaded": passes.light(**inputs_of_light(inputs), **parameters)},
     "frame": frame_stage,
     "estimator": estimator_stage,
 }

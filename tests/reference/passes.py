@@ -1,4 +1,4 @@
-"""Algorithms 1 and 2 and what follows them: sections 9 to 14 of the specification.
+"""Algorithms 1 and 2 and what follows them: sections 9 to 14 and 18 of the specification.
 
 Textures are of np.float32 or np.float64, and so is the arithmetic; other numbers come rounded to it.
 """
@@ -113,6 +113,23 @@ def blur_columns(source, weights):
 @np.errstate(all="ignore")
 def shade(image, occluded):
     return image * (1 - occluded)[..., None]
+
+
+@np.errstate(all="ignore")
+def light(image, occluded, normals, direction, ambient, occlude):
+    """Section 18; the numbers of the light are of binary64, and rounded to the textures' precision."""
+    number = image.dtype.type
+    length = math.sqrt(in_order([each * each for each in direction]))
+    towards, share, one = [number(each / length) for each in direction], number(ambient), number(1)
+    made = np.empty_like(image)
+    for j, i in np.ndindex(occluded.shape):
+        cosine = in_order([n * t for n, t in zip(normals[j, i], towards, strict=True)])
+        direct = (one - share) * (number(0) if cosine < 0 else cosine)
+        visible = one - occluded[j, i]
+        factor = {"ambient": share * visible + direct, "all": (share + direct) * visible}[occlude]
+        for k in range(3):
+            made[j, i, k] = image[j, i, k] * factor
+    return made
 
 
 def frame(depth, positions, image, layer_offsets, kind, m, sigma, guard, turns=None):

@@ -32,6 +32,10 @@ JOBS = {
     "point": ("--display", "sample-a", "--modules", "9:10", *SIZE, "--radii", "5%", "--estimator", "point"),
     "remapped": ("--display", "sample-a", "--modules", "9:10", *SIZE, "--radii", "5%", "--estimator", "point",
                  "--parameter", "remap=true", "--parameter", "range_check=true"),
+    "lit": ("--display", "sample-a", "--modules", "9:10", *SIZE, "--radii", "5%", "--light", "1,2,3", "--ambient",
+            "0.4"),
+    "lit all": ("--display", "sample-a", "--modules", "9:10", *SIZE, "--radii", "5%", "--light", "1,2,3", "--occlude",
+                "all"),
 }  # fmt: skip
 
 
@@ -235,6 +239,15 @@ LATER = [
     shaded("ao taken off twice", lambda r: r.shade(r.shaded)),
     shaded("merged in place of blurred", lambda r: r.shade(ao=r.merged)),
     shaded("strength", lambda r, x: r.shade(ao=r.blurred * x), (0.4, 0.95)),
+    shaded("ao on all light in place of the ambient term", lambda r: r.lit(occlude="all"), job="lit"),
+    shaded("ao on the ambient term in place of all light", lambda r: r.lit(occlude="ambient"), job="lit all"),
+    shaded("light direction with the other sign", lambda r: r.lit(sign=-1), job="lit"),
+    shaded("n . l below 0 not held at 0", lambda r: r.lit(faced=np.asarray), job="lit"),
+    shaded("no light, image x (1 - ao)", lambda r: r.shade(), job="lit"),
+    shaded("max(n . l, 0) not times 1 - ambient", lambda r: r.lit(direct=1 / 0.6), job="lit"),
+    shaded("image x ao in place of image x (1 - ao)", lambda r: r.lit(ao=1 - r.blurred), job="lit"),
+    shaded("strength", lambda r, x: r.lit(ao=r.blurred * x), (0.4, 0.95), job="lit all"),
+    shaded("ambient", lambda r, x: r.lit(ambient=0.4 * x, direct=(1 - 0.4 * x) / 0.6), (0.5, 0.9), job="lit"),
 ]
 GBUFFER = [
     depth("shift of u", lambda r, x: off_centre(x, 0), (-0.9, 0.9)),

@@ -124,6 +124,9 @@ LEGAL = {
                                 r"linear_row(row, x * \1 - y * \2, x * \2 + y * \1, z) :"),
     "a quotient by the reciprocal": (r"sums\.x / \(m\[12\] - sums\.z\)", "sums.x * (1.0 / (m[12] - sums.z))"),
     "the fraction by the reciprocal": (r"float\(count\) / float\(samples\)", "float(count) * (1.0 / float(samples))"),
+    "a light and its AO multiplied out": (r"ambient \* visible \+ direct",
+                                          "ambient - ambient * occlusion[k / 3] + direct"),
+    "a light mixed": (r"\(ambient \+ direct\) \* visible", "mix(max(d, 0.0), 1.0, ambient) * visible"),
     "image - image ao": (r"image\[k\] \* visible", "image[k] - image[k] * occlusion[k / 3]"),
 }  # fmt: skip
 
@@ -163,6 +166,8 @@ WRONG = {
                           "from = min(from, size - 1)", "blur_usual"),
     "a tap left out": (r"tap <= 2 \* reach", "tap < 2 * reach", "blur_usual"),
     "visibility for occlusion": (r"1\.0 - occlusion", "occlusion", "shade"),
+    "lit from both sides": (r"d < 0\.0 \? 0\.0 : d", "abs(d)", "light_ambient"),
+    "AO on all for on the ambient term": (r"on_all \?", "!on_all ?", "light_ambient"),
 }  # fmt: skip
 
 

@@ -1,13 +1,13 @@
 """Acceptance intervals of the passes after the occlusion: the maximum over radii, the blur and the shading."""
 
 from collections.abc import Sequence
-from itertools import product
+from itertools import permutations, product
 from typing import Any
 
 import numpy as np
 
 from lfssao.ao.kernels import post as post_kernels
-from lfssao.ao.post import blur, blur_weights, gaussian_kernel, merge, shade
+from lfssao.ao.post import Light, blur, blur_weights, gaussian_kernel, merge, shade
 from lfssao.core import elementary
 from lfssao.core.balls import SAFETY
 from lfssao.errors import InputError
@@ -21,6 +21,7 @@ from lfssao.verify.bounds.bounds import (
     up_to_single,
 )
 from lfssao.verify.bounds.error_model import ErrorModel, find_model
+from lfssao.verify.bounds.kernels.light_bounds import bound_lit
 
 
 def merge_bounds(layers: Sequence[Bounds]) -> Bounds:
@@ -118,9 +119,16 @@ def weight_errors(sigma: float, model: ErrorModel) -> FloatArray:
     return np.abs(weights - blur_weights(sigma)) + weights * relative_error
 
 
-def shade_bounds(rgb: Texture | Bounds, occlusion: Bounds, model: str | ErrorModel = "shader") -> Bounds:
+def shade_bounds(
+    rgb: Texture | Bounds,
+    occlusion: Bounds,
+    model: str | ErrorModel = "shader",
+    normals: Bounds | None = None,
+    light: Light | None = None,
+) -> Bounds:
     """Bounds of rgb (1 - ao), (H, W, 3), for a linear colour or bounds of it; InputError if sizes or model are wrong.
 
+    With a light, and bounds of the normals, those of what it makes (``kernels.light_bounds``).
     For rgb >= 0 the product decreases with ao. (1 - ao) rgb rounds twice. rgb - rgb ao rounds rgb ao and the
     difference, by r abs(rgb ao) + r abs(rgb (1 - ao)) at most. Both errors are within
     r abs(rgb) (abs(ao) + 2 abs(1 - ao)) (1 + r). The product less this error is concave in either factor, so its least
@@ -129,13 +137,22 @@ def shade_bounds(rgb: Texture | Bounds, occlusion: Bounds, model: str | ErrorMod
     error_model = find_model(model)
     image_bounds = rgb if isinstance(rgb, Bounds) else exact_bounds(rgb)
     if error_model.exact:
-        ends = [
-            shade(*end) for end in product((image_bounds.lower, image_bounds.upper), (occlusion.lower, occlusion.upper))
-        ]
+        facing: Any = [None]
+        if normals is not None and light is not None:  # those that face the light least and most
+            towards = np.array(light.unit) >= 0
+            facing = [np.where(towards, *ends) for ends in permutations((normals.lower, normals.upper))]
+        ends = [shade(*end, light) for end in product(_ends(image_bounds), _ends(occlusion), facing)]
         return Bounds(np.min(ends, axis=0), np.max(ends, axis=0))
     check_single("rgb", image_bounds.lower, 3)
     if image_bounds.lower.shape != (*occlusion.lower.shape, 3):
         raise InputError(f"rgb has shape {image_bounds.lower.shape}, expected {(*occlusion.lower.shape, 3)}")
+    if normals is not None and light is not None:
+        least = np.empty(image_bounds.lower.shape)
+        largest = np.empty(image_bounds.lower.shape)
+        numbers = np.array([*light.unit, light.ambient], np.float32)
+        textures = [np.stack(_ends(each)) for each in (image_bounds, occlusion, normals)]
+        bound_lit(*textures, numbers, light.occlude == "all", error_model.errors, least, largest)
+        return Bounds(up_to_single(least), down_to_single(largest))
     r = error_model.operation
     low: Any = np.inf
     high: Any = -np.inf

@@ -141,15 +141,32 @@ class ViewBounds:
             return _merged([self._input_bounds(layer) for layer in self._radii])
         if name == "blurred":
             return self._blurred()
-        blurred = self._input_bounds("blurred") if name == "shaded" else None
+        return self._shaded() if name == "shaded" else None
+
+    def _shaded(self) -> Bounds | None:
+        """Bounds of the shading of the image, by occlusion alone or by a light."""
+        blurred = self._input_bounds("blurred")
         image = self._inputs.get("image")
-        if blurred is None or image is None:
+        light = self._parameters.get("light")
+        normals = None if light is None else self._normals()
+        if blurred is None or image is None or (light is not None and normals is None):
             return None
         image_bounds = exact_bounds(image)
         color = self.find("color") if "color" in self._formats else None
         if isinstance(color, Bounds):
             image_bounds = self._formats["color"].before_or_after(color, self._model, image)
-        return shade_bounds(image_bounds.crop(self._guard), blurred, self._model)
+        return shade_bounds(image_bounds.crop(self._guard), blurred, self._model, normals, light)
+
+    def _normals(self) -> Bounds | None:
+        """Bounds of the normals that shading reads: the renderer's own, before or after they are stored."""
+        normals = self._inputs.get("normals")
+        if normals is None:
+            return None
+        bounds = exact_bounds(normals)
+        if "normals" in self._formats:
+            any_number = np.full_like(normals, np.inf)
+            bounds = self._formats["normals"].before_or_after(Bounds(-any_number, any_number), self._model, normals)
+        return bounds.crop(self._guard)
 
     def _blurred(self) -> Bounds | None:
         """Bounds of the blur of the merged texture, or with a guard band of the layers that include it."""

@@ -101,7 +101,11 @@ def layers_without_intervals(names: Sequence[str]) -> set[str]:
     bent = () if "normals" in names else ("bent_",)
     derived = ("ao_", "bent_", "merged", "blurred", "shaded")
     unbounded = [name for name in names if name.startswith(bent if {"depth", "positions"} <= set(names) else derived)]
-    return {*unbounded, *([] if "depth" in names else ["positions"]), *([] if "color" in names else ["shaded"])}
+    return {
+        *unbounded,
+        *([] if "depth" in names else ["positions"]),
+        *([] if {"color", "normals"} <= {*names} else ["shaded"]),
+    }
 
 
 @dataclass(frozen=True, eq=False)

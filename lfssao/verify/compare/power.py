@@ -57,22 +57,24 @@ class _ShownOcclusion:
 
     rendered: Texture  # (H, W), the renderer's
     reference: Texture  # the reference's
-    image: Texture | None = None  # (H, W, 3), multiplied by 1 - AO; None if the texture is AO itself
+    image: Texture | None = None  # (H, W, 3), shaded by AO; None if the texture is AO itself
+    lit: tuple[Any, ...] = ()  # normals and the light
 
     def scaled(self, factor: float, stored: TextureFormat | None) -> Texture:
         """The texture with AO times a factor, after storing."""
         ao = self.rendered * np.float32(factor)
-        texture = ao if self.image is None else shade(self.image, ao)
+        texture = ao if self.image is None else shade(self.image, ao, *self.lit)
         return texture if stored is None else stored.round_trip(texture)
 
     def share(self, surface: Flags) -> float:
         """Share of the surface's texels at which AO, or its darkening of the image, exceeds DARK."""
         if not surface.any():
             return 0.0
-        darkening = np.maximum(self.rendered[surface], self.reference[surface])
+        darkening = np.maximum(self.rendered, self.reference)
         if self.image is not None:
-            darkening = darkening * self.image[surface].T.max(axis=0)
-        return float((darkening > DARK).mean())
+            bright, dark = (shade(self.image, ao, *self.lit) for ao in (np.zeros_like(darkening), darkening))
+            darkening = (bright - dark).max(axis=2)
+        return float((darkening[surface] > DARK).mean())
 
 
 def power_of(name: str, mine: Arrays, case: Case, bounds: Bounds, stored: TextureFormat | None, fails: Fails) -> Power:
@@ -120,4 +122,7 @@ def _shown_occlusion(name: str, mine: Arrays, case: Case) -> _ShownOcclusion | N
     if name != "shaded" or not {"image", "blurred"} <= set(inputs):
         return None
     reference = case.outputs.get("blurred", inputs["blurred"])
-    return _ShownOcclusion(inputs["blurred"], reference, without_guard(inputs["image"], int(case.parameters["guard"])))
+    guard = int(case.parameters["guard"])
+    light = case.parameters.get("light")
+    lit = () if light is None else (without_guard(inputs["normals"], guard), light)
+    return _ShownOcclusion(inputs["blurred"], reference, without_guard(inputs["image"], guard), lit)

@@ -25,7 +25,7 @@ _REASONS = {
     "positions": "expected: the point of the texel's ray at the depth of the depth texture",
     "color": "expected: a colour between those of this texel and its neighbours",
     "blurred": "expected: the blur of the renderer's own merged texture",
-    "shaded": "expected: the image times 1 - blurred, both the renderer's own",
+    "shaded": "expected: the image times 1 - blurred, or lit by normals too, all the renderer's own",
 }
 
 

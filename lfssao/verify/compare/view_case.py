@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lfssao.ao.estimators.estimator import Estimator
 from lfssao.ao.estimators.registry import ESTIMATORS, check_samples, find_estimator, full_parameters
-from lfssao.ao.post import MAX_SIGMA
+from lfssao.ao.post import MAX_SIGMA, Light
 from lfssao.errors import InputError, errors_of
 from lfssao.optics.view import KINDS, View
 from lfssao.rendering.folder import reading_manifest
@@ -55,6 +55,7 @@ def _parameters(settings: Mapping[str, Any], view: Mapping[str, Any]) -> dict[st
         "units": settings.get("units", "radii"),
         "rotation": rotation,
         "rotation_seed": int(settings.get("rotation_seed", 0)),
+        "light": None if settings.get("light") is None else Light(**settings["light"]),
     }
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lfssao.ao.post import MAX_SIGMA, blur_weights
+from lfssao.ao.post import MAX_SIGMA, Light, blur_weights
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.diagnosis.change import (
     FLIPS,
@@ -33,6 +33,7 @@ _ROUNDING = 2.0**-22
 _MOST_TAPS = 10_000  # of a texel's square
 Taps = tuple[FloatArray, NDArray[np.int64]]  # weights and places
 VISIBILITY = "1 - ao in place of ao"
+_TERMS = {"ambient": "the ambient term", "all": "all light"}
 
 # Changes of the values of any texture of occlusion.
 VALUES = (
@@ -60,9 +61,19 @@ def _maximum(layers: FloatArray) -> FloatArray:
     return np.asarray(layers.max(axis=0))
 
 
-def _shaded(image: FloatArray, ao: FloatArray) -> FloatArray:
-    """The shading of an image (K, 3) by occlusion (K, 1)."""
-    return image * (1 - ao)
+def _visible(ao: FloatArray) -> FloatArray:
+    """The visibility of an occlusion."""
+    return 1 - ao
+
+
+def _with_ambient(problem: "Shade", factor: float) -> "Shade":
+    assert problem.light is not None
+    return problem.changed(light=replace(problem.light, ambient=min(1.0, factor * problem.light.ambient)))
+
+
+def _faced(cosine: FloatArray) -> FloatArray:
+    """The share of a light that arrives at a surface, by n . l."""
+    return np.maximum(cosine, 0)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -181,30 +192,63 @@ class Blur(Problem):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Shade(Problem):
-    """The shading of K texels."""
+    """The shading of K texels: ``rule`` of the image and of what it is multiplied by, (K, 1)."""
 
     image: FloatArray  # (K, 3)
     occlusion: FloatArray  # (K,), blurred
     merged: FloatArray | None
-    rule: Callable[..., FloatArray] = _shaded
+    light: Light | None = None
+    normals: FloatArray | None = None  # (K, 3), with a light
+    visible: Function = _visible
+    faced: Function = _faced
+    rule: Callable[..., FloatArray] = np.multiply
 
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """The shaded value with a margin for rounding; ``value`` applies to the occlusion."""
-        shaded = self.rule(self.image, self.value(self.occlusion)[:, None])
+        shaded = self.rule(self.image, self._factor()[:, None])
         margin = self.interval_width / 4 + _ROUNDING * np.abs(shaded)
         return shaded - margin, shaded + margin
+
+    def _factor(self) -> FloatArray:
+        """The factor of the image, (K,)."""
+        visible = self.visible(self.value(self.occlusion))
+        if self.light is None or self.normals is None:
+            return visible
+        ambient = self.light.ambient
+        direct = (1 - ambient) * self.faced(np.einsum("kc,c->k", self.normals, self.light.unit))
+        return (ambient + direct) * visible if self.light.occlude == "all" else ambient * visible + direct
+
+    def _light_changes(self, light: Light) -> list[Change]:
+        """Changes of a light."""
+        ambient = light.ambient
+        place = "all" if light.occlude == "ambient" else "ambient"
+        words = f"ao on {_TERMS[place]} in place of {_TERMS[light.occlude]}"
+        changes = [
+            replace(fixed(words, light=replace(light, occlude=place)), hint=f"--occlude {place}"),
+            fixed("no light, image x (1 - ao)", light=None),
+            fixed("light direction with the other sign", faced=lambda cosine: _faced(-cosine)),
+            fixed("n . l below 0 not held at 0", faced=np.asarray),
+        ]
+        if ambient < 1:
+            full = 1 / (1 - ambient)
+            changes.append(fixed("max(n . l, 0) not times 1 - ambient", faced=lambda cosine: full * _faced(cosine)))
+        if ambient > 0:
+            hint = lambda f: f"--ambient {scaled_text(ambient, f, (0, 1))}"  # noqa: E731
+            changes.append(scaled("ambient", _with_ambient, hint=hint))
+        return changes
 
     def changes(self) -> list[Change]:
         """All changes of the shading."""
         changes = [
-            fixed("image x ao in place of image x (1 - ao)", rule=lambda image, ao: image * ao),
-            fixed("image without ao", rule=lambda image, ao: image),
-            fixed("1 - ao without the image", rule=lambda image, ao: np.repeat(1 - ao, 3, axis=1)),
-            fixed("shaded in sRGB", rule=lambda image, ao: decode(encode(image) * (1 - ao))),
-            fixed("shaded in sRGB and left there", rule=lambda image, ao: encode(image) * (1 - ao)),
-            fixed("stored in sRGB", rule=lambda image, ao: encode(image * (1 - ao))),
-            fixed("ao taken off twice", rule=lambda image, ao: image * (1 - ao) ** 2),
-            fixed("red and blue exchanged", rule=lambda image, ao: (image * (1 - ao))[:, ::-1]),
+            fixed("image x ao in place of image x (1 - ao)", visible=np.asarray),
+            fixed("image without ao", visible=np.ones_like),
+            fixed("1 - ao without the image", rule=lambda image, factor: np.repeat(factor, 3, axis=1)),
+            fixed("shaded in sRGB", rule=lambda image, factor: decode(encode(image) * factor)),
+            fixed("shaded in sRGB and left there", rule=lambda image, factor: encode(image) * factor),
+            fixed("stored in sRGB", rule=lambda image, factor: encode(image * factor)),
+            fixed("ao taken off twice", visible=lambda ao: (1 - ao) ** 2),
+            fixed("red and blue exchanged", rule=lambda image, factor: (image * factor)[:, ::-1]),
+            *([] if self.light is None else self._light_changes(self.light)),
         ]
         if self.merged is not None:
             changes.append(plain("merged in place of blurred", lambda p: p.changed(occlusion=p.merged)))

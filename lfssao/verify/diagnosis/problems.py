@@ -252,6 +252,10 @@ class Texture:
         image, blurred, merged = (self.inputs.get(name) for name in ("image", "blurred", "merged"))
         if image is None or blurred is None:
             return None
+        light = self.case.parameters.get("light")
+        normals = None if light is None else self.inputs.get("normals")
+        if light is not None and normals is None:
+            return None
         i = fields["columns"]
         j = fields["rows"]
         return post.Shade(
@@ -259,6 +263,8 @@ class Texture:
             image=_values_at(self.cropped(image), i, j),
             occlusion=_values_at(blurred, i, j),
             merged=None if merged is None else _values_at(merged, i, j),
+            light=light,
+            normals=None if normals is None else _values_at(self.cropped(normals), i, j),
         )
 
 

@@ -114,6 +114,16 @@ def _shade_problem() -> Problem:
     return {}, {"image": views.noise(2, 6, 8, 3) * 3 - 1, "occlusion": ramp}
 
 
+def _light_problem(occlude: str, ambient: float) -> Problem:
+    """Normals on both sides of the light, some of which are 0 or no unit vectors."""
+    _, inputs = _shade_problem()
+    normals = views.noise(6, 6, 8, 3) * 2 - 1
+    x, y, z = normals[:5].T
+    normals[:5] /= np.sqrt(x * x + y * y + z * z).T[..., None]
+    normals[0, ::3] = 0
+    return {"direction": [1.0, -2.0, 3.0], "ambient": ambient, "occlude": occlude}, {**inputs, "normals": normals}
+
+
 def _turning(build: Callable[..., Problem], *arguments: Any) -> Problem:
     """A problem whose samples turn from texel to texel, as the hash has it."""
     parameters, inputs = build(*arguments)
@@ -286,6 +296,9 @@ def _pictures() -> Iterator[Recipe]:
         yield Recipe(f"blur_{name}", "blur", title, _blur_problem, sigma, height, width)
     yield Recipe("blur_covered", "blur", "sigma 3, all covered: exactly 1", _blur_problem, 3.0, 5, 7, 1.0)
     yield Recipe("shade", "shade", "colours below, in and above 0 to 1", _shade_problem)
+    for place, ambient in (("ambient", 0.3), ("all", 0.6)):
+        title = f"AO on {place}, colours as of shade"
+        yield Recipe(f"light_{place}", "light", title, _light_problem, place, ambient)
     yield Recipe("frame", "frame", "three radii, merge, blur, shade, with a guard band", _frame_problem)
 
 

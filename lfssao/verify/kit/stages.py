@@ -122,6 +122,10 @@ def _blur(parameters: Parameters, inputs: Arrays) -> Outputs:
     return {"blurred": blurred, "weights_float64": gaussian, "weights": weights, "horizontal": half}
 
 
+def _shaded(inputs: Arrays) -> tuple[Array, Array, Array]:
+    return inputs["image"], inputs["occlusion"], inputs["normals"]
+
+
 def _frame(parameters: Parameters, inputs: Arrays) -> Outputs:
     """From the G-buffer to the shaded picture: every stage on what the one before it made."""
     layers = [_algorithm2({**parameters, "radius": r}, inputs)["occlusion"] for r in parameters["radii"]]
@@ -153,6 +157,7 @@ STAGES: dict[str, Run] = {
     "merge": lambda parameters, inputs: {"merged": post.merge(inputs["layers"])},
     "blur": _blur,
     "shade": lambda parameters, inputs: {"shaded": post.shade(inputs["image"], inputs["occlusion"])},
+    "light": lambda parameters, inputs: {"shaded": post.shade(*_shaded(inputs), post.Light(**parameters))},
     "frame": _frame,
     "estimator": _estimator,
 }
@@ -172,6 +177,9 @@ def stage_bounds(stage: str, parameters: Parameters, inputs: Arrays) -> dict[str
         return {"blurred": blur_bounds(exact_bounds(inputs["source"]), parameters["sigma"], model)}
     if stage == "shade":
         return {"shaded": shade_bounds(inputs["image"], exact_bounds(inputs["occlusion"]), model)}
+    if stage == "light":
+        image, ao, normals = map(exact_bounds, _shaded(inputs))
+        return {"shaded": shade_bounds(image, ao, model, normals, post.Light(**parameters))}
     if stage != "frame":
         return {}
     names = "shaded", "merged", "blurred", *(f"ao_{k + 1}" for k in range(len(parameters["radii"])))

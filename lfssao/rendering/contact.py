@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from lfssao.ao.post import Light, shade
 from lfssao.files.pictures import Codes, light_codes
 from lfssao.files.srgb import to_codes
 from lfssao.files.whole import write_whole
@@ -30,6 +31,13 @@ def sheet_rows(count: int, most: int = 5) -> list[int]:
 def white(depth: FloatTexture) -> FloatTexture:
     """Return the image of a mesh without colours, (H, W, 3), from its depth texture: white on the surface."""
     return np.repeat((depth < np.inf)[..., None].astype(np.float32), 3, axis=2)
+
+
+def without_ao(image: FloatTexture, normals: FloatTexture | None, light: Light | None) -> FloatTexture:
+    """Return the image, (H, W, 3), as the light alone shows it; as it is without a light or normals."""
+    if light is None or normals is None:
+        return image
+    return shade(image, np.zeros(image.shape[:2], np.float32), normals, light)
 
 
 def strip(image: FloatTexture, blurred: FloatTexture, shaded: FloatTexture, width: int = 480) -> Image.Image:

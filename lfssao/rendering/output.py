@@ -25,7 +25,7 @@ from lfssao.files.whole import remove_leftovers, write_text, write_whole
 from lfssao.optics.display_file import ViewSet, set_of
 from lfssao.optics.view import View, without_guard
 from lfssao.rendering import doubts, plan
-from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip, white, with_ao
+from lfssao.rendering.contact import contact_sheet, sheet_rows, side_by_side, strip, white, with_ao, without_ao
 from lfssao.rendering.job import Item, Job
 from lfssao.rendering.manifest import FORMAT, MANIFEST, NOISE, PANEL, describe_view, digest, display_of, name_of_noise
 from lfssao.rendering.settings import Settings
@@ -131,7 +131,9 @@ def _strip(job: Job, item: Item, parts: Iterable[Part]) -> Image | None:
         return None
     by_name = {part.name: part for part in parts}
     image = by_name["color"].pixels if "color" in by_name else white(by_name["depth"].pixels[..., 0])
-    image = without_guard(image, by_name["depth"].guard)
+    guard = by_name["depth"].guard
+    normals = without_guard(by_name["normals"].pixels, guard) if "normals" in by_name else None
+    image = without_ao(without_guard(image, guard), normals, job.settings.light)
     return strip(image, by_name["blurred"].pixels[..., 0], by_name["shaded"].pixels)
 
 

@@ -115,7 +115,10 @@ class Textures(Summary):
     def _repr_png_(self) -> bytes | None:
         if self.blurred is None or self.shaded is None or "color" not in self.layers:
             return None
-        return image_png(contact.strip(self.image, self.blurred, self.shaded, 320))
+        normals = self.gbuffer.normals
+        normals = None if normals is None else without_guard(normals, self.view.guard)
+        image = contact.without_ao(self.image, normals, self.settings.light)
+        return image_png(contact.strip(image, self.blurred, self.shaded, 320))
 
 
 def exr_parts(textures: Textures) -> list[Part]:

@@ -5,10 +5,12 @@ import pytest
 from bits import assert_same_bits
 from compare_folders import single
 from jobs import digests_of, manifest_of, render, sentence
+from PIL import Image
 from reference import passes
 
 import lfssao
 from lfssao.cli.main import main
+from lfssao.files.srgb import to_codes
 
 SMALL = "--display", "sample-a", "--resolution", "64x48", "--modules", "10", "--radii", "3%", "--guard", "2"
 LIGHT = "--light=-1,2,3", "--ambient", "0.3", "--occlude", "all"
@@ -32,6 +34,10 @@ def test_a_light_changes_the_layer_shaded_alone(tmp_path, scene):
     assert_same_bits(shaded, wanted)
     assert manifest_of(lit)["settings"]["light"] == SETTINGS
     assert "light" not in manifest_of(plain)["settings"]
+    alone = passes.light(image[inner], np.zeros_like(blurred[..., 0]), normals[inner], (-1, 2, 3), 0.3, "all")
+    shown = np.asarray(Image.open(lit / "contact.png"))[22:382, 12:492]  # below its name
+    for k in range(3):  # boxes of 7.5 pixels a texel
+        assert abs(shown[..., k].mean() - to_codes(alone)[..., k].mean()) < 2
     display = lfssao.find_display("sample-a").with_resolution(64, 48)
     of_words = lfssao.render(scene, display, radii=["3%"], modules=[10], light=lfssao.Light((-1, 2, 3), 0.3, "all"))
     by_ambient = lfssao.render(

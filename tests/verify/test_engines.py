@@ -197,6 +197,11 @@ ENGINES = {
         {"levels": 4, "slices": 4, "steps": 3, "thickness": 0.05, "power": 1.0, "intensity": 1.0, "radius": 3 * R},
         noise=lambda _: by_places(*np.indices((4, 4))), given=(*Own.given, "--parameter=thickness=0.05"), reverse=True,
     ),
+    "godot-4": Own(
+        "halves_taps", {},
+        {"intensity": 2.0, "horizon": 0.06, "power": 1.5, "fading": (50 * R, 300 * R), "radius": 3 * R},
+        given=(f"--parameter=fade_from={50 * R}", f"--parameter=fade_to={300 * R}"), reverse=True, below=False,
+    ),
     "unity-urp": Own(
         "random_taps", {},
         {"side": 64, "count": 8, "beta": 0.004, "epsilon": 1e-4, "intensity": 3.0, "falloff": 8.0, "contrast": 0.6},
@@ -449,6 +454,28 @@ BUGS = {
         "levels not read": ((r"levels - 1\)", "0)"), None),
         "length left out": ((r"visible \+= len \*", "visible +="), None),
         "a step less": ((r"j < steps;", "j < steps - 1;"), None),
+    },
+    "godot-4": {
+        "normals inside out": ((r"n = normalize\((vec3\(normals.*\))\);", r"n = normalize(-\1);"),
+                               "normals with the other sign"),
+        "z of normals not turned": (
+            (r", -normals\[3 \* texel \+ 2\]", ", normals[3 * texel + 2]"),
+            "z of normals in view space with the other sign",
+        ),
+        "horizon forgotten": ((r" - horizon\)", ")"), "horizon 0 in place of 0.06"),
+        "power of 1": ((r"pow\((.*), power\)", r"\1"), ("power", 1 / 1.5)),
+        "intensity of 2.6": ((r"intensity \* sum", "1.3 * intensity * sum"), ("intensity", 1.3)),
+        "a larger radius": ((r"(?<!float )\bradius\b", "1.25 * radius"), ("radius", 1.25)),
+        "of one pass": ((r"a = parity.x \+ 2 \* parity.y", "a = 0"), None),
+        "one turn": ((r"b = ORDER.*;", "b = 0;"), None),
+        "turned the other way": ((r"float turn = ", "float turn = -"), None),
+        "not scaled": ((r"scale = .*0\.07\) \*", "scale ="), None),
+        "not mirrored": ((r"return min\(k, 2 \* n - 1 - k\)", "return min(k, n - 1)"), None),
+        "not of the pass": ((r" \+ parity;", ";"), None),
+        "fall-off of the whole radius": ((r"fall = .*;", "fall = -1.0 / (radius * radius);"), None),
+        "point not drawn near": ((r"here\.z \*= 0\.99;", ""), None),
+        "weights forgotten": ((r"TAPS\[i\]\.z", "1.0"), None),
+        "one side": ((r"side = 1; side >= -1", "side = 1; side >= 1"), None),
     },
     "unity-urp": {
         "noise of rows from above": (

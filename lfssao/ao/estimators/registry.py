@@ -43,6 +43,7 @@ _SHADERS = {
     "bevy-ssao": "shaders.bevy",
     "filament-sao": "shaders.filament_sao",
     "filament-gtao": "shaders.filament_gtao",
+    "godot-4": "shaders.godot_4",
     "unity-urp": "shaders.unity_urp",
     "n8ao": "shaders.n8ao",
 }

@@ -147,8 +147,8 @@ def _angle(cosine: Any) -> Any:
 
 def filament_gtao(buffers: Buffers, radius: float, points: None, weights: None, options: FilamentOptions) -> Steps:
     """Return the formulas' numbers, in the textures' dtype; it takes no samples."""
-    if buffers.view.screen_to_world is None:
-        raise InputError("estimator filament-gtao measures texels of a camera, and this view is of a display")
+    if buffers.view.screen_to_world is None or buffers.view.lens[6]:
+        raise InputError("estimator filament-gtao measures texels of a perspective camera, and this view is none")
     if options.filter != "nearest":
         raise InputError("estimator filament-gtao reads levels of depth, whose filter is nearest, not linear")
     kind, lens = buffers.depth.dtype.type, buffers.view.lens

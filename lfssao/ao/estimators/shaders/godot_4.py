@@ -6,8 +6,9 @@ pass, mirrored at its border. All passes rebuild points as if their texels had t
 the eye; the texel's own point is drawn towards it, along the axis alone. Obscurance is the weighted mean of
 max(0, cos - horizon) max(0, 1 - (d / R)^2), which is clamped, fades far away, and leaves visibility^power.
 
-Higher qualities weigh taps by what they see: a mean of two sums, which no fold here keeps. So do they read neighbours,
-edges and levels of depth of their own. These stay out, as do half size, 'very low', depths of 16 bits and the blur.
+Higher qualities weigh taps by what they see: a mean of two sums, which no fold here keeps. They read neighbours and
+edges, too, and 'high' ones levels of depth of their own. These stay out, as do half size, 'very low', depths of 16 bits
+and the blur.
 """
 
 from dataclasses import dataclass

@@ -316,6 +316,21 @@ def _unless_none(x, otherwise, function, arguments):
     return lambda x, otherwise, function, arguments: function(x, *arguments)
 
 
+def tabled(table: Any, k: Any, function: Callable[..., Any], arguments: Any) -> Any:
+    """Return function(k, *arguments) of a whole number k, which floats read in row k of a table.
+
+    A call that is no vector's makes a loop over texels slow.
+    """
+    return function(k, *arguments)
+
+
+@overload(tabled, jit_options=INLINED)
+def _tabled(table, k, function, arguments):
+    if isinstance(k, FloatType):
+        return lambda table, k, function, arguments: as_float(table[np.int64(plain(k))])
+    return lambda table, k, function, arguments: function(k, *arguments)
+
+
 @type_callable(select)
 def _type_select(_context):
     def typer(condition, x, y):

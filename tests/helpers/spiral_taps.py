@@ -1,4 +1,4 @@
-"""Filament's SAO texel by texel, from what its shader computes: view space looks along -z, rows begin below."""
+"""Filament's SAO and GTAO texel by texel, from what shaders compute: view space looks along -z, rows begin below."""
 
 import math
 
@@ -21,10 +21,17 @@ class Frame:
         f_u, f_v, c_u, c_v = self.lens
         return np.array([(u - c_u) / f_u * z, (v - c_v) / f_v * z, -z])
 
+    def seen(self, u, v, far, most):
+        """The point seen at an image point that is so many texels away; None without a surface."""
+        height, width = self.levels[0].shape
+        texture = self.levels[min(max(math.floor(math.log2(far)) - 3, 0), most)]
+        place = [min(max(math.floor(x / size * k), 0), k - 1)
+                 for x, size, k in zip((v, u), (height, width), texture.shape, strict=True)]  # fmt: skip
+        return None if texture[tuple(place)] == np.inf else self.point(u, v, texture[tuple(place)])
+
 
 def filament(frame, noise, radius, row, column, o):
     """Occlusion of a texel, row from below; o: the options by name."""
-    height, width = frame.levels[0].shape
     z, n = frame.levels[0][row, column], frame.normals[row, column]
     p, total, turn = frame.point(column + 0.5, row + 0.5, z), 0.0, 2 * math.pi / (o["taps"] - 0.5) * o["turns"]
     for i in range(o["taps"]):
@@ -32,16 +39,45 @@ def filament(frame, noise, radius, row, column, o):
         alpha = (i + noise + 0.5) / (o["taps"] - 0.5)
         far = max(1.0, alpha * alpha * radius * min(frame.lens[:2]) / z)
         u, v = column + 0.5 + far * math.cos(angle), row + 0.5 + far * math.sin(angle)
-        level = min(max(math.floor(math.log2(far)) - 3, 0), o["max_level"])
-        texture = frame.levels[level]
-        place = [min(max(math.floor(x / size * k), 0), k - 1)
-                 for x, size, k in zip((v, u), (height, width), texture.shape, strict=True)]  # fmt: skip
-        if texture[tuple(place)] == np.inf:
+        seen = frame.seen(u, v, far, o["max_level"])
+        if seen is None:
             continue
-        away = frame.point(u, v, texture[tuple(place)]) - p
+        away = seen - p
         square, above = away @ away, away @ n
         if above * above >= square * math.sin(math.radians(o["horizon"])) ** 2:
             weight = max(0.0, 1 - square / radius**2) ** 2
             total += weight * max(0.0, above + p[2] * o["bias"]) / (square + (0.1 * radius) ** 2)
     obscured = math.sqrt(total * 2 * math.pi * 0.1 * radius * o["intensity"] / o["taps"])
     return 1 - min(max(1 - obscured, 0.0), 1.0) ** (2 * o["power"])
+
+
+def angle(cosine):
+    near = (1.570796 - 0.1565827 * abs(cosine)) * math.sqrt(max(0.0, 1 - abs(cosine)))
+    return near if cosine >= 0 else math.pi - near
+
+
+def filament_gtao(frame, noise, radius, row, column, o):
+    """Occlusion of a texel by slices, row from below; noise: two numbers from 0 to 1."""
+    z, n = frame.levels[0][row, column], frame.normals[row, column]
+    p, total = frame.point(column + 0.5, row + 0.5, z), 0.0
+    v, between = -p / np.linalg.norm(p), radius * min(frame.lens[:2]) / z / (o["steps"] + 1)
+    for i in range(o["slices"]):
+        phi = math.pi * (i + noise[0]) / o["slices"]
+        d = np.array([math.cos(phi), math.sin(phi), 0])
+        across = np.cross(d, v) / np.linalg.norm(np.cross(d, v))
+        part = n - (n @ across) * across
+        length = np.linalg.norm(part)
+        tilt = np.sign((d - (d @ v) * v) @ part) * angle(min(max(part @ v / length, 0.0), 1.0))
+        for side in (1, -1):
+            horizon = -1.0
+            for j in range(o["steps"]):
+                far = max((j + noise[1]) * between, j + 1)
+                seen = frame.seen(column + 0.5 + side * far * d[0], row + 0.5 + side * far * d[1], far, o["max_level"])
+                if seen is None:
+                    continue
+                square, cosine = (seen - p) @ (seen - p), (seen - p) @ v / np.linalg.norm(seen - p)
+                share = 1 - min(2 * square / radius**2, 1) if cosine > horizon else o["thickness"]
+                horizon += share * (cosine - horizon)
+            h = tilt + min(max(side * angle(horizon) - tilt, -math.pi / 2), math.pi / 2)
+            total += length * (math.cos(tilt) + 2 * h * math.sin(tilt) - math.cos(2 * h - tilt)) / 4
+    return o["intensity"] * (1 - min(max(total / o["slices"], 0.0), 1.0) ** o["power"])

@@ -83,6 +83,14 @@ SHADERS = {
         "taps": [1, 7], "turns": [3.0, 6.5], "bias": [0.0005, 0.01], "intensity": [1.0, 0.3], "horizon": [0.0, 20.0],
         "power": [1.0, 0.5], "max_level": [7, 1], "border": ["open", "clamp"],
     },
+    "filament-gtao": {
+        "slices": [1, 4], "steps": [1, 3], "thickness": [0.004, 0.1], "power": [1.0, 1.5], "intensity": [1.0, 0.7],
+        "max_level": [7, 1], "border": ["open", "clamp"], "background": ["open", "cleared"],
+    },
+    "godot-4": {
+        "intensity": [2.0, 9.0], "power": [1.5, 1.0], "horizon": [0.06, 0.3], "fade_from": [50.0, 1.0],
+        "fade_to": [300.0, 9.0],
+    },
     "unity-urp": {
         "taps": [8, 3], "beta": [0.004, 0.0], "epsilon": [0.0001, 0.1], "intensity": [3.0, 0.3],
         "falloff": [100.0, 5.0], "contrast": [0.6, 1.0], "range_check": ["distance", "none"], "tile": [8, 5],
@@ -227,10 +235,10 @@ def test_no_renderer_of_a_published_shader_leaves_its_bounds(name):
         turns = rng.uniform(-0.7, 0.7, size=(3, view.height, view.width))
         if name == "nvidia-hbao":  # cosine, sine, and a part of a step
             turns = np.concatenate([random_turns(rng, turns.shape[1:]), abs(turns[2:])])
-        if name in ("xegtao", "bevy-ssao", "filament-sao", "unity-urp", "n8ao"):  # from 0 to 1
+        if name in ("xegtao", "bevy-ssao", "filament-sao", "filament-gtao", "unity-urp", "n8ao"):  # from 0 to 1
             turns = turns + 0.5
         turns = turns[: 2 + find_estimator(name).vectors].astype(np.float32)
-        seen = replace(Buffers.of(gbuffer, view), turns=turns)
+        seen = replace(Buffers.of(gbuffer, view), turns=turns if find_estimator(name).turns else None)
         samples = rng.uniform(-1, 1, (4 if name == "n8ao" else 16, 3))  # its start places each, too
         made = renderers(rng, name, model, options, radius, seen, samples)
         points, weights = points_of(name, samples)

@@ -42,6 +42,8 @@ _SHADERS = {
     "xegtao": "shaders.xegtao",
     "bevy-ssao": "shaders.bevy",
     "filament-sao": "shaders.filament_sao",
+    "filament-gtao": "shaders.filament_gtao",
+    "godot-4": "shaders.godot_4",
     "unity-urp": "shaders.unity_urp",
     "n8ao": "shaders.n8ao",
 }

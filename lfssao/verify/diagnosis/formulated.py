@@ -219,7 +219,7 @@ class Formulated(Estimated):
         if cleared_z(self.look_ups) is not None:
             changes.append(fixed("background adds nothing", background=_NONE))
         changes.append(fixed("background as if cleared to 0", background=_CLEARED))
-        if self.options.get("filter") == "nearest":  # late, as it compiles another kernel
+        if self.options.get("filter") == "nearest" and "coarse_z" not in self._words:  # late: it compiles a kernel
             change = late(fixed("textures read between texels, by a linear filter", linear=True))
             changes.append(replace(change, hint="--parameter filter=linear"))
         changes += [*look_ups.shift_changes(), fixed("u and v of half precision", split=_HALF)]

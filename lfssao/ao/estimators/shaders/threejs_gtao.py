@@ -18,7 +18,19 @@ from lfssao.ao.formulas import ZENITH, folded
 from lfssao.ao.textures import Buffers
 from lfssao.core.elementary import sincospi
 from lfssao.core.jit import formula
-from lfssao.core.numbers import alternatives, larger, least, most, number, power, rounded, select, smaller, within
+from lfssao.core.numbers import (
+    alternatives,
+    larger,
+    least,
+    most,
+    number,
+    power,
+    rounded,
+    select,
+    smaller,
+    tabled,
+    within,
+)
 from lfssao.core.vectors import dot
 
 
@@ -39,12 +51,13 @@ class ThreeOptions(LookUps):
 
 
 class Slices(NamedTuple):
-    """Both sides of slices, (2 n, 2); steps; 1, as sides add up apart; R; the options."""
+    """Both sides of slices, (2 n, 2); steps; 1, as sides add up apart; R; parts of R from step 0 on; the options."""
 
     points: Any
     steps: int
     sides: int
     radius: Any
+    parts: Any
     thickness: Any
     fall_off: Any
     exponent: float
@@ -77,7 +90,7 @@ class Slices(NamedTuple):
 
     def part(self, view: Any, texel: Any, k: Any) -> Any:
         """(k / steps)^exponent."""
-        return power(k / self.steps, self.exponent)
+        return tabled(self.parts, k, _part, (self.steps, self.exponent))
 
     def step(self, view: Any, here: Any, s: Any, k: Any, state: Any, texel: Any, seen: Any) -> Any:
         """Nothing, and the cosine after a rise by 1 - f + f 2 / (k + 1) of the difference, f the fall-off."""
@@ -108,6 +121,12 @@ class Slices(NamedTuple):
 
 
 @formula
+def _part(k: Any, steps: Any, exponent: Any) -> Any:
+    """The part of R at which step k lies."""
+    return power(k / steps, exponent)
+
+
+@formula
 def _tilt(slices: Any, here: Any, s: Any) -> Any:
     """The sine and the cosine of the normal's angle in a slice, on the side of s, and the length of its part there."""
     _, w, _, n, (a, b), _ = here
@@ -133,6 +152,7 @@ def three_gtao(buffers: Buffers, radius: float, points: None, weights: None, opt
         steps=options.steps,
         sides=1,
         radius=kind(radius),
+        parts=np.array([_part(kind(k), options.steps, options.exponent) for k in range(options.steps + 1)]),
         thickness=kind(cast_length(buffers.view, options.thickness * float(radius))),
         fall_off=kind(options.fall_off),
         exponent=options.exponent,

@@ -177,17 +177,23 @@ def _tap(steps: Any, view: Any, here: Any, s: Any) -> Any:
 
 
 @formula
-def _tilt(steps: Any, view: Any, here: Any, s: Any) -> Any:
-    """The normal's angle in a slice, on the side of s, its cosine, and the length of its part there."""
-    w, n, (cosine, sine) = here[1], here[2], towards(steps, here[6][0], s)
+def in_slice(view: Any, w: Any, n: Any, cosine: Any, sine: Any) -> Any:
+    """Return the normal's part along a slice of this angle, the cosine of its angle there, and its length there."""
     d = cosine * view.rightward() + sine * view.upward()
     e = d - dot(d, w) * w
     along, ahead = dot(n, e) / np.sqrt(dot(e, e)), -dot(n, w)
     length = np.sqrt(along * along + ahead * ahead)
-    cosine = smaller(1, larger(0, ahead / length))
-    angle = _angle(steps, cosine)
+    return along, smaller(1, larger(0, ahead / length)), length
+
+
+@formula
+def _tilt(steps: Any, view: Any, here: Any, s: Any) -> Any:
+    """The normal's angle in a slice, on the side of s, its cosine, and the length of its part there."""
+    cosine, sine = towards(steps, here[6][0], s)
+    along, facing, length = in_slice(view, here[1], here[2], cosine, sine)
+    angle = _angle(steps, facing)
     signed = select(along > 0, angle, select(along < 0, -angle, 0))
-    return steps.points[s, 2] * signed, cosine, length
+    return steps.points[s, 2] * signed, facing, length
 
 
 @formula

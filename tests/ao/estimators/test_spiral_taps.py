@@ -69,10 +69,12 @@ def test_filaments_gtao_reads_its_levels_without_a_filter():
         estimate("filament-gtao", corner(), 0.3, filter="linear")
 
 
-@pytest.mark.parametrize("name", ["filament-sao", "filament-gtao"])
-def test_filaments_shaders_are_refused_on_displays(name):
-    view = module_views(builtin_scene("corner"), find_display("sample-a").with_resolution(4, 3), range(4, 5))[0]
+@pytest.mark.parametrize("name", ["filament-sao", "filament-gtao", "xegtao", "bevy-ssao"])
+def test_shaders_that_divide_by_depth_are_refused_without_perspective(name):
+    module = module_views(builtin_scene("corner"), find_display("sample-a").with_resolution(4, 3), range(4, 5))[0]
+    orthographic = Camera("orthographic", (0, 0, 2), (0, 0, 0), (0, 1, 0), 1.0, 1.0, 3.0).view(4, 3)
     empty = np.zeros((3, 4), np.float32)
-    seen = Buffers(view, empty, np.zeros((3, 4, 3), np.float32), np.ones((3, 4, 3), np.float32), None)
-    with pytest.raises(InputError, match=f"{name} measures texels of a (perspective )?camera"):
-        estimate(name, seen, 1.0)
+    for view in (module, orthographic):
+        seen = Buffers(view, empty, np.zeros((3, 4, 3), np.float32), np.ones((3, 4, 3), np.float32), None)
+        with pytest.raises(InputError, match=f"{name} measures texels of a perspective camera"):
+            estimate(name, seen, 1.0)

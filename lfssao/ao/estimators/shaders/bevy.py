@@ -151,8 +151,8 @@ def _part_of_angle(away: Any, w: Any) -> Any:
 
 def bevy_ssao(buffers: Buffers, radius: float, points: None, weights: None, options: BevyOptions) -> Steps:
     """Return the formulas' numbers, in the textures' dtype; it takes no samples."""
-    if buffers.view.screen_to_world is None:
-        raise InputError("estimator bevy-ssao reads a camera's near plane, and this view is of a display")
+    if buffers.view.screen_to_world is None or buffers.view.lens[6]:
+        raise InputError("estimator bevy-ssao measures texels of a perspective camera, and this view is none")
     kind, (height, width) = buffers.depth.dtype.type, buffers.depth.shape
     across = cast_length(buffers.view, float(radius)) * float(buffers.view.lens[0])
     reach = np.array([across, across if options.square else across * height / width])

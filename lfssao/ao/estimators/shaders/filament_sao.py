@@ -104,8 +104,8 @@ def _tap(taps: Any, view: Any, here: Any, s: Any) -> Any:
 
 def filament_sao(buffers: Buffers, radius: float, points: None, weights: None, options: FilamentOptions) -> Taps:
     """Return the formulas' numbers, in the textures' dtype; it makes its own taps."""
-    if buffers.view.screen_to_world is None:
-        raise InputError("estimator filament-sao measures texels of a camera, and this view is of a display")
+    if buffers.view.screen_to_world is None or buffers.view.lens[6]:
+        raise InputError("estimator filament-sao measures texels of a perspective camera, and this view is none")
     kind, unit, n = buffers.depth.dtype.type, cast_length(buffers.view, 1.0), options.taps
     lens, step = buffers.view.lens, 2 * options.turns / (n - 0.5)
     table = [[*sincospi((i * step) % 2)[::-1], i] for i in range(n)]

@@ -213,8 +213,8 @@ def table_of_steps(slices: int, steps: int) -> FloatArray:
 
 def xegtao(buffers: Buffers, radius: float, points: None, weights: None, options: XeOptions) -> Steps:
     """Return the formulas' numbers, in the textures' dtype; it takes no samples."""
-    if buffers.view.screen_to_world is None:
-        raise InputError("estimator xegtao reads whole texels of a camera, and this view is of a display")
+    if buffers.view.screen_to_world is None or buffers.view.lens[6]:
+        raise InputError("estimator xegtao measures texels of a perspective camera, and this view is none")
     kind, reach = buffers.depth.dtype.type, options.multiplier * float(radius)
     unit = cast_length(buffers.view, 1.0)
     with np.errstate(over="ignore", divide="ignore"):

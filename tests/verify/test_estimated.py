@@ -17,7 +17,7 @@ from lfssao.verify.diagnosis.sampling import stretched_tiles
 from lfssao.verify.verdict import Verdict
 
 JOBS = {
-    "sao": ("--camera", "--parameter", "gauss=0", "--parameter", "quad_edge=0"),
+    "sao": ("--camera",),
     "alchemy": ("--camera", "--eye", "2,2.5,5"),
     "hbao": ("--display", "sample-a", "--modules", "9:10", "--rotate", "tiles"),
     "vo-points": ("--display", "sample-a", "--modules", "9:10", "--rotate", "hash"),
@@ -80,6 +80,7 @@ def other_hash(b):
     ("sao", "taps 11 in place of 9", (), lambda b, c: occlusion(b, c, taps=11)),
     ("sao", "samples turned by 'common-hash'", (), lambda b, c: occlusion(other_hash(b), c)),
     ("sao", "reach", (1.137,), lambda b, c: occlusion(b, c, reach=1.137)),
+    ("sao", "ao x {:.4f}", (0.9995,), lambda b, c: np.float32(0.9995) * occlusion(b, c)),
     ("alchemy", "sigma", (1.713,), lambda b, c: occlusion(b, c, sigma=1.713)),
     ("alchemy", "radius", (0.931,), lambda b, c: occlusion(b, c, 0.931)),
     ("alchemy", "normals with the other sign", (), lambda b, c: occlusion(replace(b, normals=-b.normals), c)),

@@ -138,8 +138,8 @@ def test_a_name_with_braces_is_told_as_it_is():
     """Other views are named by their folders, which may have any name."""
     braces = fixed("the depth of left of a{b}")
     assert braces.text(()) == "the depth of left of a{b}"
-    joined, steps = pair(braces, (), scaled("factor", lambda p, f: p, Axis(1e-5, 1.0)), (0.5,))
-    assert joined.text(steps) == "the depth of left of a{b} and factor x + 0.5"
+    joined = pair(braces, scaled("factor", lambda p, f: p, Axis(1e-5, 1.0)))
+    assert joined.text((0.5,)) == "the depth of left of a{b} and factor x + 0.5"
 
 
 def test_two_changes_at_once_are_found_if_one_explains_half():

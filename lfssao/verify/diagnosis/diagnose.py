@@ -19,7 +19,7 @@ from lfssao.verify.diagnosis.change import (
 )
 from lfssao.verify.diagnosis.estimated import TOLERANCE, Estimated
 from lfssao.verify.diagnosis.problems import Texture
-from lfssao.verify.diagnosis.search import DECIDED, NEAR, ROUGH, Sample, Search, Trial, pair
+from lfssao.verify.diagnosis.search import DECIDED, NEAR, ROUGH, Sample, Search, Trial, named_change, pair
 from lfssao.verify.verdict import Flags, Verdict, texels
 
 # Texels on which all changes are tried, on which the likely ones are, and on which the best ones are refined.
@@ -247,7 +247,7 @@ class WrongTexture(Texture):
         tiny = small if isinstance(small.problem, Estimated) else sampler.even_sample(_SCREENED)
         changes = small.problem.changes()
         by_kind = {change.kind: change for change in changes}
-        if any(candidate.kind not in by_kind for candidate in known):
+        if any(named_change(candidate.kind, by_kind) is None for candidate in known):
             by_kind |= {change.kind: change for change in small.problem.solved(small.wrong)}
         retried = (self._retry(candidate, by_kind, large, counted) for candidate in known)
         again = [trial for trial in retried if trial is not None]  # those that explain equally well stay several
@@ -298,7 +298,7 @@ class WrongTexture(Texture):
 
     def _retry(self, known: Candidate, changes: Mapping[str, Change], large: Sample, counted: Sample) -> Trial | None:
         """A change of another texture, with the same or similar values, if it explains this texture."""
-        change = changes.get(known.kind)
+        change = named_change(known.kind, changes)
         if change is None or len(change.axes) != len(known.values):
             return None
         steps = tuple(axis.step(value) for axis, value in zip(change.axes, known.values, strict=True))
@@ -312,12 +312,12 @@ class WrongTexture(Texture):
 
     def _with_border(self, known: Candidate, changes: Mapping[str, Change], counted: Sample) -> Trial | None:
         """A change joined with another rule for samples outside the texture, if both explain it."""
-        first = changes.get(known.kind)
+        first = named_change(known.kind, changes)
         if first is None:
             return None
         steps = tuple(axis.step(value) for axis, value in zip(first.axes, known.values, strict=True))
         rules = [change for kind, change in changes.items() if kind.startswith(OUTSIDE)]
-        pairs = [counted.trial(*pair(first, steps, second, ())) for second in rules]
+        pairs = [counted.trial(pair(first, second), steps) for second in rules]
         return next((trial for trial in pairs if counted.fits(trial)), None)
 
     def _candidate(self, trial: Trial) -> Candidate:

@@ -9,7 +9,7 @@ changes are tried on more texels, and the best are refined on some thousands. Pa
 change explains at least half.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -46,6 +46,7 @@ _SCREENED = 40  # largest number of changes without values after screening
 _PLAIN = 12
 _GRADED = 14
 _REFINED = 6
+_AND = " and "  # between the names of a pair
 
 
 @dataclass(frozen=True)
@@ -324,7 +325,7 @@ class Search:
         second = trials[0] if trials else None
         if second is None:
             return None
-        joined = self.large.trial(*pair(best.change, best.steps, second.change, second.steps))
+        joined = self.large.trial(pair(best.change, second.change), (*best.steps, *second.steps))
         return self.large.refined(joined, 1.2) if joined.steps else joined
 
     def _ranked(self, found: Sequence[Trial]) -> list[Trial]:
@@ -346,22 +347,27 @@ def _order(trial: Trial) -> tuple[float, float]:
     return round(trial.cost, 9), trial.size
 
 
-def pair(
-    first_change: Change, first_steps: Values, second_change: Change, second_steps: Values
-) -> tuple[Change, Values]:
-    """Two joined changes, and their steps."""
-    split = len(first_steps)
+def pair(first: Change, second: Change) -> Change:
+    """Two changes, one after the other; the values are those of the first, then those of the second."""
+    split = len(first.axes)
 
     def apply(problem: Problem, values: Values) -> Problem | None:
-        changed = first_change.apply(problem, values[:split])
-        result: Problem | None = None if changed is None else second_change.apply(changed, values[split:])
+        changed = first.apply(problem, values[:split])
+        result: Problem | None = None if changed is None else second.apply(changed, values[split:])
         return result
 
-    kind = f"{first_change.kind} and {second_change.kind}"
-    words = f"{first_change.words} and {second_change.words}"
-    axes = (*first_change.axes, *second_change.axes)
-    change = Change(kind, apply, words, axes, first_change.shared and second_change.shared)
-    return change, (*first_steps, *second_steps)
+    kind = f"{first.kind}{_AND}{second.kind}"
+    words = f"{first.words}{_AND}{second.words}"
+    return Change(kind, apply, words, (*first.axes, *second.axes), first.shared and second.shared)
+
+
+def named_change(kind: str, changes: Mapping[str, Change]) -> Change | None:
+    """The change of that name among changes by their names, or the pair of two of them; None if there is none."""
+    if kind in changes:
+        return changes[kind]
+    words = kind.split(_AND)
+    parts = ((_AND.join(words[:k]), _AND.join(words[k:])) for k in range(1, len(words)))
+    return next((pair(changes[a], changes[b]) for a, b in parts if a in changes and b in changes), None)
 
 
 def stored_interval(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:

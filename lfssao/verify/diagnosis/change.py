@@ -259,6 +259,7 @@ class Candidate:
     explained: float  # share of the wrong texels that it decides, and that are inside
     shared: bool = False  # whether it is a number of the display or camera, one for all stages and modules
     hint: str = ""  # an option that makes the texture right
+    in_all: str = ""  # words of a background in several textures, in place of those with numbers of texels
 
 
 def one_of(candidates: Sequence[Candidate]) -> str:

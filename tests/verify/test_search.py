@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from lfssao.verify.diagnosis.change import Axis, Change, Problem, fixed, scaled
-from lfssao.verify.diagnosis.search import Sample, Search, pair
+from lfssao.verify.diagnosis.change import Axis, Change, Problem, fixed, pair, scaled
+from lfssao.verify.diagnosis.search import Sample, Search
 
 RIGHT = np.linspace(0.2, 0.9, 400)
 

@@ -12,14 +12,16 @@ from lfssao.verify.diagnosis.change import (
     Places,
     Problem,
     advice,
+    named_change,
     one_of,
+    pair,
     percent,
     share_of,
     without,
 )
 from lfssao.verify.diagnosis.estimated import TOLERANCE, Estimated
 from lfssao.verify.diagnosis.problems import Texture
-from lfssao.verify.diagnosis.search import DECIDED, NEAR, ROUGH, Sample, Search, Trial, named_change, pair
+from lfssao.verify.diagnosis.search import DECIDED, NEAR, ROUGH, Sample, Search, Trial
 from lfssao.verify.verdict import Flags, Verdict, texels
 
 # Texels on which all changes are tried, on which the likely ones are, and on which the best ones are refined.

@@ -9,7 +9,7 @@ changes are tried on more texels, and the best are refined on some thousands. Pa
 change explains at least half.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.verify.bounds.bounds import FloatArray
-from lfssao.verify.diagnosis.change import Change, Places, Problem, Values
+from lfssao.verify.diagnosis.change import Change, Places, Problem, Values, pair
 from lfssao.verify.verdict import Flags
 
 DECIDED = 0.5  # least share of the wrong texels that an explanation decides
@@ -46,7 +46,6 @@ _SCREENED = 40  # largest number of changes without values after screening
 _PLAIN = 12
 _GRADED = 14
 _REFINED = 6
-_AND = " and "  # between the names of a pair
 
 
 @dataclass(frozen=True)
@@ -345,29 +344,6 @@ def _cheapest(trials: Iterable[Trial]) -> list[Trial]:
 def _order(trial: Trial) -> tuple[float, float]:
     """A key that sorts by cost, then by size: a larger value may break texels outside the sample."""
     return round(trial.cost, 9), trial.size
-
-
-def pair(first: Change, second: Change) -> Change:
-    """Two changes, one after the other; the values are those of the first, then those of the second."""
-    split = len(first.axes)
-
-    def apply(problem: Problem, values: Values) -> Problem | None:
-        changed = first.apply(problem, values[:split])
-        result: Problem | None = None if changed is None else second.apply(changed, values[split:])
-        return result
-
-    kind = f"{first.kind}{_AND}{second.kind}"
-    words = f"{first.words}{_AND}{second.words}"
-    return Change(kind, apply, words, (*first.axes, *second.axes), first.shared and second.shared)
-
-
-def named_change(kind: str, changes: Mapping[str, Change]) -> Change | None:
-    """The change of that name among changes by their names, or the pair of two of them; None if there is none."""
-    if kind in changes:
-        return changes[kind]
-    words = kind.split(_AND)
-    parts = ((_AND.join(words[:k]), _AND.join(words[k:])) for k in range(1, len(words)))
-    return next((pair(changes[a], changes[b]) for a, b in parts if a in changes and b in changes), None)
 
 
 def stored_interval(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -91,11 +91,13 @@ class Sample:
 
     @cached_property
     def _balanced_weights(self) -> tuple[FloatArray, FloatArray]:
-        """Weights of wrong and of other texels with sum 1: a half each, unless a wrong texel would weigh less."""
+        """Weights of wrong and of other texels with sum 1: a half each, but others weigh less if most are wrong."""
         wrong_count = max(int(self.wrong.sum()), 1)
         other_count = max(int((~self.wrong).sum()), 1)
         wrong = self.wrong / wrong_count
         rest = ~self.wrong / max(wrong_count, other_count)
+        if self.before > 0.5:
+            rest = rest * ((1 - self.before) / self.before)
         total = float(wrong.sum() + rest.sum())
         return wrong / total, rest / total
 

@@ -1,6 +1,6 @@
 """The search of a diagnosis: an explanation predicts, and its values read as changes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -72,6 +72,24 @@ def test_what_a_change_makes_wrong_counts_against_it():
     assert trial.explained == 1.0
     assert texels.fits(trial) is False
     assert texels.gain(trial) == pytest.approx(1 - 360 / 40)
+
+
+def test_other_texels_weigh_less_if_most_texels_are_wrong():
+    """Shares of many samples change at nearly all texels: a change that is nearly right makes the others wrong."""
+    number, is_wrong = np.arange(400), np.arange(400) < 200
+    texels = sample(np.where(is_wrong, 1.1 * RIGHT, RIGHT))
+    nearly = fixed("nearly", value=lambda x: np.where(number < 100, 1.1, np.where(is_wrong, 1.08, 1.02)) * x)
+    nothing = fixed("nothing", factor=1.0)
+    assert texels.trial(nearly, ()).cost > texels.trial(nothing, ()).cost
+    most = replace(texels, weights=np.where(is_wrong, 0.95, 0.05) / 200)
+    assert most.trial(nearly, ()).cost < most.trial(nothing, ()).cost
+
+
+def test_a_trial_is_made_once():
+    texels, made = sample(1.1 * RIGHT), []
+    change = Change("spy", lambda problem, _: made.append(problem) or problem, "spy")
+    assert texels.trial(change, ()) is texels.trial(change, ())
+    assert len(made) == 1
 
 
 @pytest.mark.parametrize(("number", "fits"), [(5, False), (6, True)])

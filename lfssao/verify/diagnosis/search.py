@@ -137,8 +137,20 @@ class Sample:
         low, high, _ = stored_interval(problem)
         return channel_sums(distance_outside(problem.mine, low, high)) > 0
 
-    @np.errstate(all="ignore")  # an interval may be infinite
+    @cached_property
+    def _trials(self) -> dict[tuple[Change, Values], Trial]:
+        """The trials so far."""
+        return {}
+
     def trial(self, change: Change, steps: Values) -> Trial:
+        """Try a change, or return its trial of before: bounds of some hundred samples take seconds."""
+        key = change, steps
+        if key not in self._trials:
+            self._trials[key] = self._try(change, steps)
+        return self._trials[key]
+
+    @np.errstate(all="ignore")  # an interval may be infinite
+    def _try(self, change: Change, steps: Values) -> Trial:
         """Try a change. The cost grows with the distance from the interval, and far more slowly from its middle."""
         problem = self._changed(change, steps)
         if problem is None:

@@ -114,6 +114,13 @@ def test_a_planted_change_is_named(view, tmp_path, name, kind, values, make):
     assert best.values == pytest.approx(values, rel=0.01)
 
 
+def test_a_factor_and_a_bias_are_told_together_where_occlusion_is_1(view, tmp_path):
+    folder, module, _, _ = view("sao")
+    right = read_exr(folder / f"{module}.exr")["ao_1"].pixels[..., 0]
+    found = compared(folder, module, np.float32(1 - 5e-7) * right, tmp_path).diagnosis
+    assert {candidate.kind for candidate in found.candidates[: found.equal]} == {"strength", "bias"}, found.words("M")
+
+
 def test_texels_are_those_that_are_counted_and_not_those_that_are_searched(view, tmp_path, monkeypatch):
     monkeypatch.setattr(diagnose, "_SEARCHED", 400)
     folder, module, buffers, case = view("sao")

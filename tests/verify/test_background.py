@@ -7,6 +7,7 @@ import pytest
 from compare_folders import changed, compare, remade, single
 
 import lfssao
+from lfssao.verify.compare.background import background_values
 from lfssao.verify.verdict import Verdict
 
 MODULE = "module_004"
@@ -22,6 +23,11 @@ def with_sky(reference, target, value, layers=("depth",), more=lambda pixels: pi
             remade(layer, lambda pixels: np.where(empty, value, more(pixels)).astype(np.float32))(parts)
 
     return changed(reference, target, MODULE, change)
+
+
+def halved(first, second):
+    """Values of the left and the right half of a module's textures, (1, 48, 1)."""
+    return np.where(np.arange(48) < 24, first, second)[None, :, None]
 
 
 def result_of(report, layer="depth"):
@@ -98,6 +104,47 @@ def test_backgrounds_are_told_by_what_they_stand_for_and_nan_without_an_option(
     assert words == [f"background is {text} in place of infinity in depth and positions of {MODULE}{advice}",
                      f"background is {text} in place of 0 in ao_1 of {MODULE}"]  # fmt: skip
     assert [r.layer for r in report.results if r.verdict.code > 1] == ["depth", "positions", "ao_1"]
+
+
+def test_two_backgrounds_of_a_texture_are_named_with_their_numbers_of_texels(reference, tmp_path):
+    mine = with_sky(reference, tmp_path / "mine", halved(65504, 0))
+    report = lfssao.compare(mine, reference)
+    left, right = (np.count_nonzero(np.isinf(half)) for half in np.hsplit(single(reference, MODULE, "depth"), 2))
+    words = f"background is 0 on {right} texels and 65504 on {left} in place of infinity in depth of {MODULE}"
+    assert [cause.words for cause in report.causes] == [words]
+    assert [(found.layer, found.outside) for found in report.results if found.outside] == [("depth", left + right)]
+
+
+def test_two_backgrounds_of_several_modules_are_told_once(reference, tmp_path):
+    mine = with_sky(reference, tmp_path / "mine", halved(65504, 0))
+    empty = np.isinf(single(reference, "module_005", "depth"))
+    other = remade("depth", lambda pixels: np.where(empty, halved(0, 65504), pixels).astype(np.float32))
+    (cause,) = lfssao.compare(changed(mine, tmp_path / "both", "module_005", other), reference).causes
+    assert cause.words == "background is 0 and 65504 in place of infinity in depth of 2 modules"
+
+
+def test_a_background_beside_the_right_one_is_named_and_accepted(reference, tmp_path):
+    mine = with_sky(reference, tmp_path / "mine", halved(np.inf, 0))
+    (cause,) = lfssao.compare(mine, reference).causes
+    words = f"background is 0 in place of infinity in depth of {MODULE}"
+    assert cause.words == f"{words}; compare again with --background 0"
+    assert compare(mine, reference, "--background", "0") == 0
+    twice = with_sky(reference, tmp_path / "twice", halved(65504, 0))
+    (cause,) = lfssao.compare(twice, reference, background=0).causes
+    assert cause.words.startswith(words.replace(" 0 ", " 65504 "))
+
+
+@pytest.mark.parametrize(("name", "values"), [
+    ("depth", {np.inf: 90, 2.5: 10}),  # which the surface has, too: the wall is seen from elsewhere
+    ("depth", {np.inf: 97, 3.0: 3}),  # silhouettes
+    ("depth", {1e10: 96, 3.0: 4}),
+    ("depth", {1e10: 40, 0.0: 30, 7.0: 20, 8.0: 10}),
+    ("ao_1", {0.0: 50, 1.0: 50}),  # occlusion of a surface that the reference does not see
+])  # fmt: skip
+def test_values_that_may_be_of_a_surface_are_no_background(name, values):
+    depth = np.float32([[2.5] * 100, [np.inf] * 100])
+    mine = np.float32([[2.5] * 100, np.repeat(list(values), list(values.values()))])
+    assert background_values(name, mine, depth) == {}
 
 
 def test_nan_is_no_background_that_is_accepted(reference):

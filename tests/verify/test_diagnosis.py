@@ -16,6 +16,7 @@ from lfssao.cli.main import main
 from lfssao.files.exr import read_exr
 from lfssao.verify.bounds.depth import displaced
 from lfssao.verify.bounds.error_model import MODELS
+from lfssao.verify.compare.causes import causes_of
 from lfssao.verify.compare.source import Reference
 from lfssao.verify.diagnosis import diagnose
 from lfssao.verify.diagnosis.diagnose import WrongTexture
@@ -426,6 +427,14 @@ def test_two_bugs_at_once_are_named_together(bug, number, folder, tmp_path):
     said = {"radius": "radius x {:.4f}", "shift of u": "u shifted by {:.3f} texels"}
     words = " and ".join(said.get(kind, kind) for kind in kinds).format(*best.values)
     assert found.words("module_008").startswith(f"{words} explains ")
+
+
+def test_a_pair_of_changes_is_told_once_of_all_textures_and_with_texels_whose_samples_leave_them(folder, tmp_path):
+    r = renderer(folder("display"))
+    results = compared(r, tmp_path, **{f"ao_{k}": r.ao(k, turns=None, image=moved(0.31)) for k in (1, 2)})
+    (cause,) = causes_of(list(results.values()))
+    assert (cause.kind, cause.layers) == ("samples are not turned and shift of u", ("ao_1", "ao_2"))
+    assert [result.diagnosis.left_out for result in results.values()] == [0, 0]
 
 
 def test_changes_tie_in_all_textures_and_with_texels_whose_samples_leave_them(folder, tmp_path, monkeypatch):

@@ -289,19 +289,21 @@ def test_ten_of_eleven_wrong_numbers_are_told_once_and_within_a_fiftieth(name, p
     assert len(missed) <= 1, missed
 
 
-MORE = {
-    "a pinhole in both axes": ("sample-a", lambda display: replace(display, pinhole=True)),
-    "the mapping of module_007": (
+PINHOLE = "a pinhole in both axes", lambda display: replace(display, pinhole=True)
+MORE = [
+    ("sample-a", *PINHOLE),
+    ("sample-a-conical", *PINHOLE),
+    (
         "sample-a",
+        "the mapping of module_007",
         lambda d: replace(d, modules=(*d.modules[:6], d.modules[7], *d.modules[7:])),
     ),
-}
+]
 
 
 @pytest.mark.parametrize("place", PLACES)
-@pytest.mark.parametrize("kind", MORE)
-def test_a_wrong_camera_for_a_module_is_told_once(kind, place, reference, tmp_path):
-    name, change = MORE[kind]
+@pytest.mark.parametrize(("name", "kind", "change"), MORE, ids=[f"{name}-{kind}" for name, kind, _ in MORE])
+def test_a_wrong_camera_for_a_module_is_told_once(name, kind, change, place, reference, tmp_path):
     folder, plain = reference(name), plain_display(name)
     display, lens = change(plain), plain.modules
     own = {

@@ -17,7 +17,7 @@ from lfssao.verify.diagnosis.sampling import stretched_tiles
 from lfssao.verify.verdict import Verdict
 
 JOBS = {
-    "sao": ("--camera", "--parameter", "gauss=0", "--parameter", "quad_edge=0"),
+    "sao": ("--camera",),
     "alchemy": ("--camera", "--eye", "2,2.5,5"),
     "hbao": ("--display", "sample-a", "--modules", "9:10", "--rotate", "tiles"),
     "vo-points": ("--display", "sample-a", "--modules", "9:10", "--rotate", "hash"),
@@ -80,6 +80,7 @@ def other_hash(b):
     ("sao", "taps 11 in place of 9", (), lambda b, c: occlusion(b, c, taps=11)),
     ("sao", "samples turned by 'common-hash'", (), lambda b, c: occlusion(other_hash(b), c)),
     ("sao", "reach", (1.137,), lambda b, c: occlusion(b, c, reach=1.137)),
+    ("sao", "ao x {:.4f}", (0.9995,), lambda b, c: np.float32(0.9995) * occlusion(b, c)),
     ("alchemy", "sigma", (1.713,), lambda b, c: occlusion(b, c, sigma=1.713)),
     ("alchemy", "radius", (0.931,), lambda b, c: occlusion(b, c, 0.931)),
     ("alchemy", "normals with the other sign", (), lambda b, c: occlusion(replace(b, normals=-b.normals), c)),
@@ -111,6 +112,13 @@ def test_a_planted_change_is_named(view, tmp_path, name, kind, values, make):
     best = found.candidates[0]
     assert (best.kind, found.fits) == (kind.replace("ao x {:.4f}", "strength"), True), found.words("M")
     assert best.values == pytest.approx(values, rel=0.01)
+
+
+def test_a_factor_and_a_bias_are_told_together_where_occlusion_is_1(view, tmp_path):
+    folder, module, _, _ = view("sao")
+    right = read_exr(folder / f"{module}.exr")["ao_1"].pixels[..., 0]
+    found = compared(folder, module, np.float32(1 - 5e-7) * right, tmp_path).diagnosis
+    assert {candidate.kind for candidate in found.candidates[: found.equal]} == {"strength", "bias"}, found.words("M")
 
 
 def test_texels_are_those_that_are_counted_and_not_those_that_are_searched(view, tmp_path, monkeypatch):

@@ -1,12 +1,12 @@
 """The search of a diagnosis: an explanation predicts, and its values read as changes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
-from lfssao.verify.diagnosis.change import Axis, Change, Problem, fixed, scaled
-from lfssao.verify.diagnosis.search import Sample, Search, pair
+from lfssao.verify.diagnosis.change import Axis, Change, Problem, fixed, pair, scaled
+from lfssao.verify.diagnosis.search import Sample, Search
 
 RIGHT = np.linspace(0.2, 0.9, 400)
 
@@ -74,6 +74,24 @@ def test_what_a_change_makes_wrong_counts_against_it():
     assert texels.gain(trial) == pytest.approx(1 - 360 / 40)
 
 
+def test_other_texels_weigh_less_if_most_texels_are_wrong():
+    """Shares of many samples change at nearly all texels: a change that is nearly right makes the others wrong."""
+    number, is_wrong = np.arange(400), np.arange(400) < 200
+    texels = sample(np.where(is_wrong, 1.1 * RIGHT, RIGHT))
+    nearly = fixed("nearly", value=lambda x: np.where(number < 100, 1.1, np.where(is_wrong, 1.08, 1.02)) * x)
+    nothing = fixed("nothing", factor=1.0)
+    assert texels.trial(nearly, ()).cost > texels.trial(nothing, ()).cost
+    most = replace(texels, weights=np.where(is_wrong, 0.95, 0.05) / 200)
+    assert most.trial(nearly, ()).cost < most.trial(nothing, ()).cost
+
+
+def test_a_trial_is_made_once():
+    texels, made = sample(1.1 * RIGHT), []
+    change = Change("spy", lambda problem, _: made.append(problem) or problem, "spy")
+    assert texels.trial(change, ()) is texels.trial(change, ())
+    assert len(made) == 1
+
+
 @pytest.mark.parametrize(("number", "fits"), [(5, False), (6, True)])
 def test_few_texels_tell_no_cause(number, fits):
     mine = np.where(np.arange(400) < number, 1.1 * RIGHT, RIGHT)
@@ -138,8 +156,8 @@ def test_a_name_with_braces_is_told_as_it_is():
     """Other views are named by their folders, which may have any name."""
     braces = fixed("the depth of left of a{b}")
     assert braces.text(()) == "the depth of left of a{b}"
-    joined, steps = pair(braces, (), scaled("factor", lambda p, f: p, Axis(1e-5, 1.0)), (0.5,))
-    assert joined.text(steps) == "the depth of left of a{b} and factor x + 0.5"
+    joined = pair(braces, scaled("factor", lambda p, f: p, Axis(1e-5, 1.0)))
+    assert joined.text((0.5,)) == "the depth of left of a{b} and factor x + 0.5"
 
 
 def test_two_changes_at_once_are_found_if_one_explains_half():

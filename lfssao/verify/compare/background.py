@@ -1,5 +1,6 @@
-"""The background, where there is no surface: a value other than the reference's is judged apart and reported."""
+"""The background, where there is no surface: values other than the reference's are judged apart and reported."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -12,22 +13,35 @@ from lfssao.verify.compare.layers import Layer
 from lfssao.verify.verdict import FAILED, Flags, Judgement, Verdict
 
 INFINITE_BACKGROUND = ("depth", "positions")  # textures whose background is infinity; others have 0
-_LEAST_SHARE = 0.99  # of the texels without surface that share a value
+_LEAST_SHARE = 0.99  # of the texels without surface that have one of the values
+_MOST_VALUES = 3
+_LEAST_OF_SEVERAL = 0.05  # of these texels that have each of several values: those at edges may show a surface
 
 
-def background_value(name: str, mine: NDArray[Any], depth: NDArray[Any]) -> float | None:
-    """Another renderer's value of the texels without a surface in the reference's depth, if nearly all have the same.
+def background_values(name: str, mine: NDArray[Any], depth: NDArray[Any]) -> dict[float, int]:
+    """Another renderer's wrong values of the texels without a surface in the reference's depth, with numbers of texels.
 
-    None if the value is the reference's own, if there are no such texels, or if their values differ.
+    Nearly all of these texels have the same value, or one of a few. Empty if that is the reference's own, or if values
+    differ. Beside the reference's own, a wrong value of depth or positions is one that no surface has.
     """
-    empty = np.flatnonzero(~np.isfinite(without_guard(depth, (len(depth) - len(mine)) // 2)))
-    if not len(empty):
-        return None
-    texels = np.reshape(mine, (mine.shape[0] * mine.shape[1], -1))
-    value = float(texels[empty[len(empty) // 2], 0])
-    if value == (np.inf if name in INFINITE_BACKGROUND else 0.0):
-        return None
-    return value if np.mean(_has_value(texels[empty], value)) >= _LEAST_SHARE else None
+    is_empty = ~np.isfinite(without_guard(depth, (len(depth) - len(mine)) // 2)).ravel()
+    texels = np.reshape(mine, (is_empty.size, -1))
+    empty = texels[is_empty]
+    is_infinite = name in INFINITE_BACKGROUND
+    own = np.inf if is_infinite else 0.0
+    enough = _LEAST_SHARE * len(empty)
+    if np.count_nonzero(_has_value(empty, own)) >= enough:
+        return {}
+    has_one_value = (empty == empty[:, :1]).all(axis=1) | np.isnan(empty).all(axis=1)
+    values, numbers = np.unique(empty[has_one_value, 0], return_counts=True)
+    order = np.argsort(-numbers, kind="stable")[:_MOST_VALUES]
+    most = next((k for k in range(1, len(order) + 1) if numbers[order[:k]].sum() >= enough), 0)
+    found = {float(values[k]): int(numbers[k]) for k in sorted(order[:most])}
+    if most > 1 and min(found.values()) < _LEAST_OF_SEVERAL * len(empty):
+        return {}
+    if found.pop(own, 0) and not (is_infinite and not any(_has_value(texels[~is_empty], v).any() for v in found)):
+        return {}
+    return found
 
 
 def _has_value(texels: NDArray[Any], value: float) -> Flags:
@@ -36,9 +50,10 @@ def _has_value(texels: NDArray[Any], value: float) -> Flags:
     return flags
 
 
-def with_infinity(mine: NDArray[Any], value: float) -> tuple[NDArray[Any], Flags]:
-    """Depth or positions with infinity in place of a value, and flags of the texels, (H, W), that had the value."""
-    flags = _has_value(mine.reshape(mine.shape[0] * mine.shape[1], -1), value).reshape(mine.shape[:2])
+def with_infinity(mine: NDArray[Any], values: Iterable[float]) -> tuple[NDArray[Any], Flags]:
+    """Depth or positions with infinity in place of values, and flags of the texels, (H, W), that had one of them."""
+    texels = mine.reshape(mine.shape[0] * mine.shape[1], -1)
+    flags = np.any([_has_value(texels, value) for value in values], axis=0).reshape(mine.shape[:2])
     texture = mine.copy()
     texture[flags] = np.inf
     return texture, flags
@@ -46,32 +61,29 @@ def with_infinity(mine: NDArray[Any], value: float) -> tuple[NDArray[Any], Flags
 
 def replace_backgrounds(
     mine: dict[str, Array], layers: dict[str, Layer], case: Case, accepted: float | None
-) -> dict[str, tuple[float, Flags]]:
+) -> dict[str, tuple[Mapping[float, int], Flags]]:
     """Give the renderer's depth and positions the reference's background; return the wrong backgrounds.
 
-    For each texture, by its name, that is a value that the user does not accept and nearly all texels without a surface
-    share, and flags of the texels of depth and positions with the value. Occlusion keeps its background, as later
-    stages read it.
+    For each texture, by its name, these are values that the user does not accept, with numbers of texels, and flags of
+    the texels of depth and positions with one of the values. Occlusion keeps its background, as later stages read it.
     """
     depth = case.outputs.get("depth")
-    backgrounds = {}
+    backgrounds: dict[str, tuple[Mapping[float, int], Flags]] = {}
     if case.stage != VIEW or depth is None:
         return {}
     for name in list(mine):
         is_infinite = name in INFINITE_BACKGROUND
-        value = accepted if is_infinite else None
-        if value is None:
-            value = background_value(name, mine[name], depth)
-        if value is None:
+        if is_infinite and accepted is not None:
+            mine[name], _ = with_infinity(mine[name], [accepted])
+            planes = np.moveaxis(mine[name].reshape(*mine[name].shape[:2], -1), -1, 0)
+            layers[name] = replace(layers[name], planes=tuple(planes))
+        values = background_values(name, mine[name], depth)
+        if not values:
             continue
         flags = np.zeros(0, np.bool_)
         if is_infinite:
-            mine[name], flags = with_infinity(mine[name], value)
-        if accepted is None or not is_infinite:
-            backgrounds[name] = value, flags
-        else:
-            planes = np.moveaxis(mine[name].reshape(*flags.shape, -1), -1, 0)
-            layers[name] = replace(layers[name], planes=tuple(planes))
+            mine[name], flags = with_infinity(mine[name], values)
+        backgrounds[name] = values, flags
     return backgrounds
 
 

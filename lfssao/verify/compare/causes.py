@@ -56,7 +56,7 @@ def _own_candidate(result: Result, candidate: Candidate) -> Candidate | None:
 def _same_candidate(candidates: Sequence[Candidate], candidate: Candidate) -> Candidate | None:
     """The first of the candidates that is the same change with the same values; a background is in place of one."""
     for own in candidates:
-        if own.kind == "background" and own.words != candidate.words:
+        if own.kind == "background" and own.in_all != candidate.in_all:
             continue
         if own.kind == candidate.kind and len(own.values) == len(candidate.values):
             pairs = zip(own.values, candidate.values, strict=True)
@@ -73,7 +73,8 @@ def _cause(best: Candidate, results: Sequence[Result]) -> Cause:
     module_names = next(iter(modules)) if len(modules) == 1 else f"{len(modules)} modules"
     others = _equal_candidates(best, results)
     if best.kind == "background":
-        words = f"{best.words} in {layer_names} of {module_names}"
+        own_words = {own.words for r in results if (own := _own_candidate(r, best))}
+        words = f"{best.words if len(own_words) == 1 else best.in_all} in {layer_names} of {module_names}"
     else:
         words = f"{one_of([best, *others])} explains {layer_names} of {module_names} ({_shares(best, results)})"
     places = tuple(r.place for r in results)

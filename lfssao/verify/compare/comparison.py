@@ -186,11 +186,11 @@ class Comparison:
                     continue
                 while expected.name not in judged_by_name:
                     judged_by_name.update([next(pending)])
-                value = backgrounds[expected.name][0] if expected.name in backgrounds else None
+                values = backgrounds[expected.name][0] if expected.name in backgrounds else {}
                 layer = layers[expected.name]
                 judged, future = judged_by_name[expected.name]
                 judged = replace(judged, verdict=future.result().verdict)
-                self._add_result(future.result(), layer, expected, judged, mine, case, value)
+                self._add_result(future.result(), layer, expected, judged, mine, case, values)
                 if self._panels is None or self._panels.rank < WORST_RANK:
                     panels.offer(layer, expected, judged)
         later = {} if self._diagnoser is None else self._diagnoser.late_diagnoses()
@@ -235,13 +235,13 @@ class Comparison:
         judgement: Judgement,
         mine: Arrays,
         case: Case,
-        background: float | None,
+        backgrounds: Mapping[float, int],
     ) -> None:
         """Add the result on a layer with its diagnosis; the judgement's verdict is within tolerances."""
         module = result.module
         name = expected.name
         if self._diagnosis and case.stage == VIEW and judgement.verdict in WRONG:
-            details = layer.stored, layer.channels[0], background
+            details = layer.stored, layer.channels[0], backgrounds
             diagnosis = self._make_diagnoser().diagnose(module, name, mine, case, judgement, *details)
             result = replace(result, diagnosis=diagnosis)
         self._results.append(result)

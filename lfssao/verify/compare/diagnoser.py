@@ -67,13 +67,13 @@ class Diagnoser:
         judgement: Judgement,
         stored: TextureFormat | None,
         channel: str,
-        background: float | None,
+        backgrounds: Mapping[float, int],
     ) -> Diagnosis | None:
         """The diagnosis of a view's wrong texture; None if there is none.
 
         Changes of the view that explained any stage are tried first. A stage without an explanation is searched only
-        once. ``channel`` is the renderer's own name of the texture, ``background`` its wrong value where there is no
-        surface, None if the background is right.
+        once. ``channel`` is the renderer's own name of the texture, ``backgrounds`` its wrong values where there is no
+        surface, with numbers of texels.
         """
         stage = name.rpartition("_")[0] if name.startswith("ao_") else name
         wrong = WrongTexture(
@@ -91,7 +91,7 @@ class Diagnoser:
             caster=partial(self._caster, module),
             sampling=(self._reference.manifest or {}).get("sampling") or {},
             channel=channel,
-            background=None if background is None else _background_candidate(name, background),
+            background=_background_candidate(name, backgrounds) if backgrounds else None,
         )
         explanations = [*(candidate for candidate, _ in self._view_changes.most_common()), *self._explanations[stage]]
         diagnosis = wrong.diagnose(list(dict.fromkeys(explanations)), search=stage not in self._unexplained_stages)
@@ -195,11 +195,16 @@ def _view_number(module: str) -> int:
     return int(module.rpartition("_")[2])
 
 
-def _background_candidate(name: str, value: float) -> Candidate:
-    """The candidate of a wrong background; NaN is none that could be accepted."""
+def _background_candidate(name: str, backgrounds: Mapping[float, int]) -> Candidate:
+    """The candidate of a wrong background; the command line accepts one value that is a number."""
     is_infinite = name in INFINITE_BACKGROUND
-    values = () if np.isnan(value) else (value,)
-    text = background_text(value) if values else "NaN"
-    hint = f"--background {text}" if is_infinite and values else ""
-    words = f"background is {text} in place of {'infinity' if is_infinite else '0'}"
-    return Candidate("background", values, words, 1.0, 1.0, 1.0, hint=hint)
+    right = "infinity" if is_infinite else "0"
+    values = tuple(value for value in backgrounds if not np.isnan(value))
+    texts = ["NaN" if np.isnan(value) else background_text(value) for value in backgrounds]
+    hint = f"--background {texts[0]}" if is_infinite and len(values) == len(texts) == 1 else ""
+    kinds = f"background is {' and '.join(texts)} in place of {right}"
+    words = kinds
+    if len(texts) > 1:
+        numbers = [f"{text} on {number}" for text, number in zip(texts, backgrounds.values(), strict=True)]
+        words = f"background is {numbers[0]} texels and {' and '.join(numbers[1:])} in place of {right}"
+    return Candidate("background", values, words, 1.0, 1.0, 1.0, hint=hint, in_all=kinds)

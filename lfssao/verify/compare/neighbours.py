@@ -14,7 +14,7 @@ from lfssao.errors import InputError, LfssaoError
 from lfssao.gbuffer.caster import DepthCache
 from lfssao.optics.view import View
 from lfssao.verify.case import Array, Case, depth_of, described_view
-from lfssao.verify.compare.background import background_value, with_infinity
+from lfssao.verify.compare.background import background_values, with_infinity
 from lfssao.verify.compare.layers import Layer, Matcher, Storage
 from lfssao.verify.compare.source import Mine, Reference
 from lfssao.verify.compare.surface import Surface
@@ -82,9 +82,9 @@ class Neighbours:
             if layer is None or np.isnan(layer.texture).any():
                 return None
             depth = layer.texture
-            value = self._background
-            value = background_value("depth", depth, expected.texture) if value is None else value
-            return depth if value is None else with_infinity(depth, value)[0]
+            accepted = self._background
+            values = background_values("depth", depth, expected.texture) if accepted is None else [accepted]
+            return with_infinity(depth, values)[0] if values else depth
         return None
 
     def _cast(self, module: str) -> Array | None:

@@ -24,6 +24,7 @@ Function = Callable[[FloatArray], FloatArray]
 SUM_TOLERANCE = 2e-5  # largest difference of another renderer's sums in float32
 _COMPARE_OPTIONS = "--map", "--background", "--stored"  # advised options of ``compare``; others are of ``render``
 OUTSIDE = "samples outside the texture"  # begins the names of changes of the border
+_AND = " and "  # between the names of a pair
 # Border rules that replace a texel outside by one inside.
 INSIDE = {
     "clamp": look_up.CLAMP,
@@ -210,6 +211,29 @@ def late(change: Change) -> Change:
     return replace(change, late=True)
 
 
+def pair(first: Change, second: Change) -> Change:
+    """Two changes, one after the other; the values are those of the first, then those of the second."""
+    split = len(first.axes)
+
+    def apply(problem: Problem, values: Values) -> Problem | None:
+        changed = first.apply(problem, values[:split])
+        result: Problem | None = None if changed is None else second.apply(changed, values[split:])
+        return result
+
+    kind = f"{first.kind}{_AND}{second.kind}"
+    words = f"{first.words}{_AND}{second.words}"
+    return Change(kind, apply, words, (*first.axes, *second.axes), first.shared and second.shared)
+
+
+def named_change(kind: str, changes: Mapping[str, Change]) -> Change | None:
+    """The change of that name among changes by their names, or the pair of two of them; None if there is none."""
+    if kind in changes:
+        return changes[kind]
+    words = kind.split(_AND)
+    parts = ((_AND.join(words[:k]), _AND.join(words[k:])) for k in range(1, len(words)))
+    return next((pair(changes[a], changes[b]) for a, b in parts if a in changes and b in changes), None)
+
+
 FACTOR = Axis(1e-5, 2.3, factor=True, more=(log(2.0),))  # halves and doubles are common, and far from the others
 
 
@@ -259,6 +283,7 @@ class Candidate:
     explained: float  # share of the wrong texels that it decides, and that are inside
     shared: bool = False  # whether it is a number of the display or camera, one for all stages and modules
     hint: str = ""  # an option that makes the texture right
+    in_all: str = ""  # words of a background in several textures, in place of those with numbers of texels
 
 
 def one_of(candidates: Sequence[Candidate]) -> str:

@@ -12,20 +12,25 @@ from lfssao.verify.diagnosis.change import (
     Places,
     Problem,
     advice,
+    named_change,
     one_of,
+    pair,
     percent,
     share_of,
     without,
 )
 from lfssao.verify.diagnosis.estimated import TOLERANCE, Estimated
 from lfssao.verify.diagnosis.problems import Texture
-from lfssao.verify.diagnosis.search import DECIDED, NEAR, ROUGH, Sample, Search, Trial, pair
+from lfssao.verify.diagnosis.search import DECIDED, NEAR, ROUGH, Sample, Search, Trial
 from lfssao.verify.verdict import Flags, Verdict, texels
 
 # Texels on which all changes are tried, on which the likely ones are, and on which the best ones are refined.
 _SCREENED = 96
 _TRIED = 256
 _SEARCHED = 2400
+# Samples or taps of the latter, and their least number of texels: more samples of a texel tell more.
+_SEARCHED_SAMPLES = 640_000
+_LEAST_SEARCHED = 600
 
 # Samples or taps of the texels on which values are polished, and over which shares are counted. With fewer wrong texels
 # than _FEW, shares are counted over _ALL, as each further wrong texel counts. Both use at least _FEWEST texels.
@@ -42,6 +47,7 @@ _REPEATS = 6
 
 _LIKELY = 0.8  # a change that explains this share of the wrong texels is polished
 _DECIDED_AGAIN = 0.1  # least share of the wrong texels that a change of other textures must decide
+_MOST_NEAREST = 2  # largest number of changes that come near, where none explains the texture
 _MOST_CANDIDATES = 4  # largest number of explanations; other textures may decide among them
 _INNER = 0.1  # least share of the wrong texels whose samples stay inside, to explain them separately
 
@@ -242,12 +248,12 @@ class WrongTexture(Texture):
         sampler = _Sampler(self, wrong, right, cost)
         counted = sampler.counted_sample()
         small = sampler.even_sample(_TRIED)
-        large = sampler.even_sample(_SEARCHED)
+        large = sampler.even_sample(min(_SEARCHED, max(_SEARCHED_SAMPLES // cost, _LEAST_SEARCHED)))
         # A run computes a whole texture for any number of texels; with few texels of hbao another radius is overlooked.
         tiny = small if isinstance(small.problem, Estimated) else sampler.even_sample(_SCREENED)
         changes = small.problem.changes()
         by_kind = {change.kind: change for change in changes}
-        if any(candidate.kind not in by_kind for candidate in known):
+        if any(named_change(candidate.kind, by_kind) is None for candidate in known):
             by_kind |= {change.kind: change for change in small.problem.solved(small.wrong)}
         retried = (self._retry(candidate, by_kind, large, counted) for candidate in known)
         again = [trial for trial in retried if trial is not None]  # those that explain equally well stay several
@@ -259,7 +265,9 @@ class WrongTexture(Texture):
             return None
         search_changes = Search(tiny, small, large, changes)
         trials = again or self._searched(search_changes, sampler, counted)
-        tried = again or [counted.trial(t.change, t.steps) for t in trials[:_MOST_CANDIDATES]]
+        tried = again or [counted.trial(t.change, t.steps) for t in trials[:_MOST_NEAREST]]
+        if tried and not again and counted.fits(tried[0]):
+            tried += [counted.trial(t.change, t.steps) for t in trials[_MOST_NEAREST:_MOST_CANDIDATES]]
         statistics = (1.0 - counted.before, len(counted.weights), len(wrong))
         subject = self.case.parameters["estimator"] if self.name in self.layers else f"the reference's {self.name}"
         least_decided = DECIDED if best is None or not best.change.shared else _DECIDED_AGAIN
@@ -268,7 +276,7 @@ class WrongTexture(Texture):
             fitting.sort(key=lambda trial: not counted.equals(trial, tried[0]))
             equal = sum(counted.equals(trial, tried[0]) for trial in fitting)
             return Diagnosis(True, tuple(map(self._candidate, fitting)), equal, *statistics, subject=subject)
-        gains = [counted.gain(trial) for trial in tried[:2]]
+        gains = [counted.gain(trial) for trial in tried[:_MOST_NEAREST]]
         nearest = tuple(self._candidate(t) for t, gain in zip(tried, gains, strict=False) if gain >= NEAR)
         return Diagnosis(False, nearest, 0, *statistics, max(gains, default=0.0), subject=subject)
 
@@ -298,7 +306,7 @@ class WrongTexture(Texture):
 
     def _retry(self, known: Candidate, changes: Mapping[str, Change], large: Sample, counted: Sample) -> Trial | None:
         """A change of another texture, with the same or similar values, if it explains this texture."""
-        change = changes.get(known.kind)
+        change = named_change(known.kind, changes)
         if change is None or len(change.axes) != len(known.values):
             return None
         steps = tuple(axis.step(value) for axis, value in zip(change.axes, known.values, strict=True))
@@ -312,12 +320,12 @@ class WrongTexture(Texture):
 
     def _with_border(self, known: Candidate, changes: Mapping[str, Change], counted: Sample) -> Trial | None:
         """A change joined with another rule for samples outside the texture, if both explain it."""
-        first = changes.get(known.kind)
+        first = named_change(known.kind, changes)
         if first is None:
             return None
         steps = tuple(axis.step(value) for axis, value in zip(first.axes, known.values, strict=True))
         rules = [change for kind, change in changes.items() if kind.startswith(OUTSIDE)]
-        pairs = [counted.trial(*pair(first, steps, second, ())) for second in rules]
+        pairs = [counted.trial(pair(first, second), steps) for second in rules]
         return next((trial for trial in pairs if counted.fits(trial)), None)
 
     def _candidate(self, trial: Trial) -> Candidate:

@@ -1,9 +1,9 @@
 """Run any estimator with other options, turns, samples, normals or textures, to find a change that explains occlusion.
 
 The reference's kernels compute each changed texture as a whole, in some hundred runs; the estimator only has to be
-registered. A changed texel agrees if it differs from the kernels' value by at most a quarter of the reference's
-interval, plus ``TOLERANCE``: renderers are far nearer than their bounds. A texel that is off by more, but inside the
-bounds of the changed estimator, is undecided.
+registered. A texel is inside if it differs from the changed kernels' value by at most ``TOLERANCE`` and a quarter of
+its error. Else a quarter of the reference's interval is added, as renderers are far nearer than their bounds, and at
+last the bounds of the changed estimator count; texels that only these wider intervals hold are mostly undecided.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -61,7 +61,7 @@ from lfssao.verify.diagnosis.spiral import tap_changes
 from lfssao.verify.diagnosis.views import Sight, view_changes
 from lfssao.verify.verdict import Flags
 
-TOLERANCE = SUM_TOLERANCE  # if an error outside the interval is smaller, a quarter of it
+TOLERANCE = SUM_TOLERANCE
 _OPTION = replace(FACTOR, most=3.5)  # lengths in texels or in another unit may be farther off than radii
 _SAME_AXES = 1e-6  # largest difference of the axes of parallel views
 _MOST_COUNT = 40  # of taps, turns and other whole numbers
@@ -108,19 +108,26 @@ class Estimated(Problem):
     whole: ClassVar[bool] = True
 
     def ends(self) -> tuple[FloatArray, FloatArray]:
-        """The estimator's occlusion with a margin for rounding."""
+        """The estimator's occlusion with a margin for rounding: the narrowest one that holds the renderer's number."""
         values = self.values()
         is_small = (self.excess > 0) & self.has_interval
-        margin = self.interval_width / 4 + np.where(is_small, np.minimum(TOLERANCE, self.excess / 4), TOLERANCE)
-        low = values - margin
-        high = values + margin
+        rounding = np.where(is_small, np.minimum(TOLERANCE, self.excess / 4), TOLERANCE)
+        margin = self.interval_width / 4 + rounding
+        intervals = [(values - rounding, values + rounding), (values - margin, values + margin)]
         bounds = None if self.model is None else self._bounds()
-        if bounds is None:
-            return low, high
-        is_near = (self.mine >= low) & (self.mine <= high)
-        return np.where(is_near, low, np.minimum(low, bounds.lower)), np.where(
-            is_near, high, np.maximum(high, bounds.upper)
-        )
+        if bounds is not None:
+            low, high = intervals[-1]
+            intervals.append((np.minimum(low, bounds.lower), np.maximum(high, bounds.upper)))
+        *narrow, (low, high) = intervals
+        for ends in reversed(narrow):
+            is_near = self._holds(*ends)
+            low, high = (np.where(is_near, end, wide) for end, wide in zip(ends, (low, high), strict=True))
+        return low, high
+
+    def _holds(self, low: FloatArray, high: FloatArray) -> Flags:
+        """Flags of the texels whose number lies in an interval of right values, (K,)."""
+        first, second = self.value(low), self.value(high)
+        return (self.mine >= np.minimum(first, second)) & (self.mine <= np.maximum(first, second))
 
     def values(self) -> FloatArray:
         """The estimator's occlusion of the texels, (K,), from a whole texture."""

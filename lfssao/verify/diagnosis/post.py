@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lfssao.ao.post import MAX_SIGMA, Light, blur_weights
 from lfssao.verify.bounds.bounds import FloatArray
 from lfssao.verify.diagnosis.change import (
+    FACTOR,
     FLIPS,
     INSIDE,
     Axis,
@@ -27,6 +28,7 @@ from lfssao.verify.diagnosis.change import (
 from lfssao.verify.diagnosis.hints import scaled_text
 
 _SIGMAS = Axis(1e-5, 1.4, factor=True)
+_STRENGTHS = replace(FACTOR, more=(*FACTOR.more, 1e-7, 1e-6))  # down to the least bias, which is the same where ao is 1
 # Relative tolerance of a renderer's sums, in addition to a quarter of the interval: renderers are far nearer than their
 # bounds.
 _ROUNDING = 2.0**-22
@@ -39,7 +41,7 @@ _TERMS = {"ambient": "the ambient term", "all": "all light"}
 VALUES = (
     plain(VISIBILITY, lambda p: p.then(lambda x: 1 - x), hint="--map {layer}=1-{layer}"),
     plain("ao of 0 everywhere", lambda p: p.then(np.zeros_like)),
-    scaled("strength", lambda p, s: p.then(lambda x: np.clip(s * x, 0, 1)), words="ao x {}"),
+    scaled("strength", lambda p, s: p.then(lambda x: np.clip(s * x, 0, 1)), _STRENGTHS, "ao x {}"),
     scaled("power", lambda p, s: p.then(lambda x: np.clip(x, 0, 1) ** s), words="ao to the power of {}"),
     scaled("bias", lambda p, b: p.then(lambda x: x + b), Axis(1e-7, 1.0), "ao {}"),
 )

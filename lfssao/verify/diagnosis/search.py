@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from lfssao.errors import InputError
 from lfssao.verify.bounds.bounds import FloatArray
-from lfssao.verify.diagnosis.change import Change, Places, Problem, Values
+from lfssao.verify.diagnosis.change import Change, Places, Problem, Values, pair
 from lfssao.verify.verdict import Flags
 
 DECIDED = 0.5  # least share of the wrong texels that an explanation decides
@@ -91,11 +91,13 @@ class Sample:
 
     @cached_property
     def _balanced_weights(self) -> tuple[FloatArray, FloatArray]:
-        """Weights of wrong and of other texels with sum 1: a half each, unless a wrong texel would weigh less."""
+        """Weights of wrong and of other texels with sum 1: a half each, but others weigh less if most are wrong."""
         wrong_count = max(int(self.wrong.sum()), 1)
         other_count = max(int((~self.wrong).sum()), 1)
         wrong = self.wrong / wrong_count
         rest = ~self.wrong / max(wrong_count, other_count)
+        if self.before > 0.5:
+            rest = rest * ((1 - self.before) / self.before)
         total = float(wrong.sum() + rest.sum())
         return wrong / total, rest / total
 
@@ -135,8 +137,20 @@ class Sample:
         low, high, _ = stored_interval(problem)
         return channel_sums(distance_outside(problem.mine, low, high)) > 0
 
-    @np.errstate(all="ignore")  # an interval may be infinite
+    @cached_property
+    def _trials(self) -> dict[tuple[Change, Values], Trial]:
+        """The trials so far."""
+        return {}
+
     def trial(self, change: Change, steps: Values) -> Trial:
+        """Try a change, or return its trial of before: bounds of some hundred samples take seconds."""
+        key = change, steps
+        if key not in self._trials:
+            self._trials[key] = self._try(change, steps)
+        return self._trials[key]
+
+    @np.errstate(all="ignore")  # an interval may be infinite
+    def _try(self, change: Change, steps: Values) -> Trial:
         """Try a change. The cost grows with the distance from the interval, and far more slowly from its middle."""
         problem = self._changed(change, steps)
         if problem is None:
@@ -324,7 +338,7 @@ class Search:
         second = trials[0] if trials else None
         if second is None:
             return None
-        joined = self.large.trial(*pair(best.change, best.steps, second.change, second.steps))
+        joined = self.large.trial(pair(best.change, second.change), (*best.steps, *second.steps))
         return self.large.refined(joined, 1.2) if joined.steps else joined
 
     def _ranked(self, found: Sequence[Trial]) -> list[Trial]:
@@ -344,24 +358,6 @@ def _cheapest(trials: Iterable[Trial]) -> list[Trial]:
 def _order(trial: Trial) -> tuple[float, float]:
     """A key that sorts by cost, then by size: a larger value may break texels outside the sample."""
     return round(trial.cost, 9), trial.size
-
-
-def pair(
-    first_change: Change, first_steps: Values, second_change: Change, second_steps: Values
-) -> tuple[Change, Values]:
-    """Two joined changes, and their steps."""
-    split = len(first_steps)
-
-    def apply(problem: Problem, values: Values) -> Problem | None:
-        changed = first_change.apply(problem, values[:split])
-        result: Problem | None = None if changed is None else second_change.apply(changed, values[split:])
-        return result
-
-    kind = f"{first_change.kind} and {second_change.kind}"
-    words = f"{first_change.words} and {second_change.words}"
-    axes = (*first_change.axes, *second_change.axes)
-    change = Change(kind, apply, words, axes, first_change.shared and second_change.shared)
-    return change, (*first_steps, *second_steps)
 
 
 def stored_interval(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -244,8 +244,14 @@ def _display_changes(sight: Sight, display: Display) -> Iterator[Change]:
         yield _offset_change(f"homography[{k}]", partial(_with_homography_entry, k), _entry_axis(k, display), "")
     for name in ("k1", "k2"):
         yield _offset_change(name, partial(_with_module_offset, name), _UNITS, "")
-    if sight.view.rays.kind == CROSSED_SLITS:
-        yield _sight_change("a pinhole in both axes", lambda s: replace(s, pinhole=True))
+    if aligned:
+        yield _sight_change("a pinhole in both axes", _as_pinhole)
+
+
+def _as_pinhole(sight: Sight) -> Sight:
+    """The sight with rays that meet in the lens, whatever the screen's shape, its diffuser and the observers are."""
+    flat = sight.with_screen(screen_curvature=0.0, observer_curvature=0.0, diffuser="linear")
+    return replace(flat, pinhole=True)
 
 
 def _with_module_offset(name: str, sight: Sight, offset: float) -> Sight:

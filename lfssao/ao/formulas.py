@@ -245,11 +245,17 @@ def float_view(buffers: Buffers, words: Container[str], options: Options) -> Flo
     border see it; cleared, it holds a place in the middle of the view. Formulas that name ``coarse_z`` read levels of
     cast z by rotated sub-samples (SAO table 1), as many as the options' ``max_level`` says.
     """
-    depth, cleared = buffers.depth, cleared_z(options)
+    depth = buffers.depth
+    cleared = cleared_z(options)
     buffers = with_cleared(buffers, cleared)
-    view, dtype, mapping = buffers.view, buffers.depth.dtype, buffers.view.world_to_image
-    divisor, of_image = mapping.numbers[12:16] if mapping.kind == MATRIX else np.zeros(4), "image_z" in words
-    z, surfaces, levels = mapping.numbers[8:12] if of_image else view.cast_from_world[2], None, None
+    view = buffers.view
+    dtype = buffers.depth.dtype
+    mapping = buffers.view.world_to_image
+    divisor = mapping.numbers[12:16] if mapping.kind == MATRIX else np.zeros(4)
+    of_image = "image_z" in words
+    z = mapping.numbers[8:12] if of_image else view.cast_from_world[2]
+    surfaces = None
+    levels = None
     if of_image:
         surfaces = np.ascontiguousarray(view.image_z(buffers.depth), dtype).ravel()
     elif "surface" in words or "coarse_z" in words:
@@ -257,7 +263,8 @@ def float_view(buffers: Buffers, words: Container[str], options: Options) -> Flo
         if cleared is not None:
             surfaces[~(depth.ravel() < np.inf)] = cleared  # and not as rounded on its way through a position
         levels = levels_of_z(surfaces.reshape(depth.shape), options) if "coarse_z" in words else None
-    positions, turns = np.ascontiguousarray(buffers.positions), turns_of(buffers)
+    positions = np.ascontiguousarray(buffers.positions)
+    turns = turns_of(buffers)
     rays = _rays_of(view, dtype) if "point_at" in words else None
     made = FloatView(
         depth=np.ascontiguousarray(depth).ravel(),

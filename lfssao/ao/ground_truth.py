@@ -196,7 +196,8 @@ def ray_cast_occlusion(
         raise InputError(f"rounds is {shown(rounds)}, it must be the least and the most number of rounds")
     most = check_whole("most rounds", rounds[1], 2, 2**16)
     rounds = check_whole("least rounds", rounds[0], 2, most), most
-    strata, seed = check_whole("strata", strata, 1, 256), check_seed("seed", seed)
+    strata = check_whole("strata", strata, 1, 256)
+    seed = check_seed("seed", seed)
     if not as_number(tolerance) >= 0 or not 0 <= as_number(offset) < np.inf:
         raise InputError(f"tolerance {shown(tolerance)} and offset {shown(offset)} must be at least 0")
     low, high = occluders.mesh.bounds
@@ -210,7 +211,8 @@ def ray_cast_occlusion(
             "scene: choose a larger offset or the intersector 'tree'"
         )
     positions, normals = (np.ascontiguousarray(a).reshape(-1, 3) for a in (buffers.positions, buffers.normals))
-    seen, shape = np.flatnonzero(buffers.depth < np.inf), buffers.depth.shape
+    seen = np.flatnonzero(buffers.depth < np.inf)
+    shape = buffers.depth.shape
     made = GroundTruth(np.zeros(shape), np.zeros(shape), np.zeros(shape, np.int64))
     open_sums = np.zeros((*shape, 3)) if bent else None
 
@@ -236,8 +238,12 @@ def _rounds(
 
     sums: (n, 3), in and out, of the rays' directions, each times its visibility; None where nobody asks.
     """
-    totals, squares, errors, done = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, np.int64)
-    chosen, number = np.arange(n), 0
+    totals = np.zeros(n)
+    squares = np.zeros(n)
+    errors = np.zeros(n)
+    done = np.zeros(n, np.int64)
+    chosen = np.arange(n)
+    number = 0
     while len(chosen) and number < cast.most:
         distances, far = _distances(scene, cast, begun, chosen, number)
         truth.add_round(chosen, number, cast.strata, distances, far, cast.falloff, totals, squares, errors)

@@ -79,7 +79,8 @@ def blur(occlusion: Texture, sigma: float) -> Texture:
     weights = blur_weights(sigma, occlusion.dtype)
     if len(weights) == 1:
         return occlusion.copy()
-    half, blurred = np.empty(occlusion.shape, occlusion.dtype), np.empty(occlusion.shape, occlusion.dtype)
+    half = np.empty(occlusion.shape, occlusion.dtype)
+    blurred = np.empty(occlusion.shape, occlusion.dtype)
     post_kernels.blur_horizontal(np.ascontiguousarray(occlusion), weights, half)
     post_kernels.blur_vertical(half, weights, blurred)
     return blurred
@@ -154,7 +155,8 @@ def shade(rgb: Texture, occlusion: Texture, normals: Texture | None = None, ligh
     check_texture("occlusion", occlusion, 2)
     check_fit("rgb", rgb, occlusion, 3)
     shaded = np.empty(rgb.shape, rgb.dtype)
-    colors, hidden = np.ascontiguousarray(rgb), np.ascontiguousarray(occlusion)
+    colors = np.ascontiguousarray(rgb)
+    hidden = np.ascontiguousarray(occlusion)
     if light is None:
         post_kernels.apply_occlusion(colors, hidden, shaded)
         return shaded

@@ -33,7 +33,8 @@ def algorithm1(
     turns: Texture | None = None,
 ) -> Texture:
     """LF Algorithm 1: occlusion (H, W) of an ordinary view; arguments as of ``lfssao.algorithm1``."""
-    number, ao = depth.dtype.type, np.zeros_like(depth)
+    number = depth.dtype.type
+    ao = np.zeros_like(depth)
     inverse = np.asarray(screen_to_world, depth.dtype).ravel()
     mapping = WorldToImage(MATRIX, np.ravel(world_to_screen))
     for j, i in np.ndindex(depth.shape):
@@ -75,7 +76,8 @@ def occluded_fraction(
     and the two are added, so that a point is mapped once for all its samples. ``turn`` is the cosine and sine of an
     angle by which the texel's samples are turned about world z, or None: it is added to phi in line 3 of Algorithm 3.
     """
-    number, projection = depth.dtype.type, mapping.as_type(depth.dtype)
+    number = depth.dtype.type
+    projection = mapping.as_type(depth.dtype)
     kind, m = projection
     height, width = depth.shape
     rows = range(4 if kind == MATRIX else 3)
@@ -168,7 +170,8 @@ def gaussian_weights(sigma: float, radius: int | None = None) -> NDArray[np.floa
 
 def convolve_rows(source: Texture, weights: Texture) -> Texture:
     """Each texel as the weighted sum of its row's texels around it, added from left to right."""
-    width, radius = source.shape[1], len(weights) // 2
+    width = source.shape[1]
+    radius = len(weights) // 2
     target = np.zeros_like(source)
     for j, i in np.ndindex(source.shape):
         for k, weight in enumerate(weights):

@@ -53,7 +53,8 @@ class Occlusion(Arrayed, Summary):
 
 def run_kernel(kernel: Callable[..., None], depth: Texture, *arguments: Any) -> Occlusion:
     """Return occlusion, (H, W) as depth, and samples outside, which a kernel writes into its last two arguments."""
-    occlusion, outside = np.empty_like(depth, order="C"), np.empty(depth.shape[0], np.int64)
+    occlusion = np.empty_like(depth, order="C")
+    outside = np.empty(depth.shape[0], np.int64)
     kernel(*arguments, occlusion, outside)
     return Occlusion(occlusion, int(outside.sum()))
 
@@ -145,7 +146,8 @@ def algorithm2_of_radii(
 
     The textures and the mapping have been checked.
     """
-    depth, positions = np.ascontiguousarray(depth), np.ascontiguousarray(positions)
+    depth = np.ascontiguousarray(depth)
+    positions = np.ascontiguousarray(positions)
     turns = turns if turns is None else np.ascontiguousarray(turns)
     offsets = np.stack([scaled_offsets(samples, radius, depth.dtype) for radius in radii])
     occlusion = np.empty((len(radii), *depth.shape), depth.dtype)

@@ -93,7 +93,8 @@ def nearest_modules(display: "Display | LensletDisplay", index: int, count: int)
     """
     if isinstance(display, Display):
         lenses = [(m.x, m.y, m.z) for m in display.modules]
-        one, several = ("module", "modules")
+        one = "module"
+        several = "modules"
     else:
         lenses = display.lenses
         one, several = display.WORDS

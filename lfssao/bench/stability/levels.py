@@ -63,17 +63,20 @@ class Levels:
         at = level, row, column
         if at not in self._passed_on:
             own = self._own(*at)
-            most, total = own, own
+            most = own
+            total = own
             if level + 1 < self.options.levels:
                 peak, mean = self._upsampled(*at)
-                most, total = larger(most, peak), total + mean
+                most = larger(most, peak)
+                total = total + mean
             self._passed_on[at] = most, total
         return self._passed_on[at]
 
     def _own(self, level: int, row: int, column: int) -> Tracked:
         """Return the occlusion of a texel of a level by the square of texels around it."""
         reach = self.options.kernel
-        here, n = self._place(level, row, column), self._normal(level, row, column)
+        here = self._place(level, row, column)
+        n = self._normal(level, row, column)
         total = self.work.given(0)
         for j, i in product(range(-reach, reach + 1), repeat=2):
             if (j or i) and self._shows(level, row + j, column + i):
@@ -84,13 +87,16 @@ class Levels:
 
     def _upsampled(self, level: int, row: int, column: int) -> tuple[Tracked, Tracked]:
         """Return the weighted means of what the coarse texels around a texel pass on, its maximum and its sum."""
-        here, n = self._place(level, row, column), self._normal(level, row, column)
+        here = self._place(level, row, column)
+        n = self._normal(level, row, column)
         weights = peak = mean = self.work.given(0)
         for near, coarse in self._coarse(level, row, column):
             v = self._place(*coarse) - here
             w = near * formulas.upsampling_weight(v, n, self._normal(*coarse), self._radii[0])
             most, total = self._carried(*coarse)
-            weights, peak, mean = weights + w, peak + w * most, mean + w * total
+            weights = weights + w
+            peak = peak + w * most
+            mean = mean + w * total
         known = weights > 0
         none = self.work.given(0)
         return select(known, peak / weights, none), select(known, mean / weights, none)

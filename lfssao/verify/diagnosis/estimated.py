@@ -126,7 +126,8 @@ class Estimated(Problem):
 
     def _holds(self, low: FloatArray, high: FloatArray) -> Flags:
         """Flags of the texels whose number lies in an interval of right values, (K,)."""
-        first, second = self.value(low), self.value(high)
+        first = self.value(low)
+        second = self.value(high)
         return (self.mine >= np.minimum(first, second)) & (self.mine <= np.maximum(first, second))
 
     def values(self) -> FloatArray:

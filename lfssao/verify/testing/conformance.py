@@ -70,7 +70,8 @@ def picture_of(mine: Array | Mapping[str, Array], case: Case, strict: bool) -> b
     for name, judged in judge(given, case).items():
         bounds = None if strict else judged.bounds
         wrong = judged.differing if bounds is None else judged.outside
-        right, own = case.outputs[name], given.get(name)
+        right = case.outputs[name]
+        own = given.get(name)
         if own is None or own.shape != right.shape or wrong.shape != right.shape or right.dtype.kind != "f":
             continue
         if right.ndim in (2, 3) and min(right.shape[:2]) > 1 and wrong.any():

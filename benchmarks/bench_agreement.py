@@ -75,7 +75,8 @@ class Bench:
         """The occlusion textures of all modules, not blurred, and seconds a module for the AO pass."""
         asked = neighbour_views(self.mesh, self.display, settings.neighbours, MODULES)
         cache = DepthCache(self.caster, 2 * settings.neighbours + 1)
-        textures, seconds = [], []
+        textures = []
+        seconds = []
         for view, others in zip(self.views, asked, strict=True):
             depths = cache.neighbours(others)
             made = render_view(self.caster, view, settings, depths)
@@ -130,7 +131,8 @@ def main() -> None:
     options = parser.parse_args()
     numba.set_num_threads(min(2, numba.config.NUMBA_NUM_THREADS))
     mesh = load_scene(options.scene) if "." in options.scene else builtin_scene(options.scene)
-    bench, rows = Bench(mesh, options.size), []
+    bench = Bench(mesh, options.size)
+    rows = []
     print(f"{mesh.name}, sample-a at {options.size[0]} x {options.size[1]}, modules {MODULES.start}:{MODULES.stop}")
     print(f"{'estimator':12s} {'sampler':9s} {'K':>2s} {'R':>6s}  modules: sd  sd 95 %  range   path: sd   RMSE   ms")
     for share in RADII:

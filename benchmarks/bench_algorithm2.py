@@ -44,7 +44,8 @@ def relief_case() -> Case:
     """A wavy sheet that fills the texture, so that no texel can be skipped."""
     view = find_display("virtual").view(0, np.diag([1.0, 1.0, -1.0, 0.0])[:3])
     j, i = np.mgrid[0:768, 0:1024]
-    x, y = (i + 0.5 - 512) / 1024, (384 - j - 0.5) / 1024
+    x = (i + 0.5 - 512) / 1024
+    y = (384 - j - 0.5) / 1024
     z = 0.05 * np.sin(40 * x) * np.sin(30 * y)
     # The point of each texel's ray at depth -z: the flat forms with m = (0, 0, 0.7), observers at -2.
     positions = np.stack([x * (0.7 + z) / 0.7, y * (2.0 - z) / 2.0, z], axis=-1).astype(np.float32)
@@ -79,7 +80,8 @@ def ours(case: Case, factors: tuple[float, ...] = (1.0,), rotation: str = "none"
     """Algorithm 2 at the case's radius times factors, the samples turned by a rotation or shared."""
     depth, positions, offsets, projection = case
     scaled = np.stack([np.float32(factor) * offsets for factor in factors])
-    ao, outside = np.empty((len(factors), *depth.shape), depth.dtype), np.empty((len(factors), len(depth)), np.int64)
+    ao = np.empty((len(factors), *depth.shape), depth.dtype)
+    outside = np.empty((len(factors), len(depth)), np.int64)
     turns = None if rotation == "none" else texel_turns(rotation, *depth.shape, 0, depth.dtype)
 
     def run() -> np.ndarray:
@@ -104,7 +106,8 @@ def bench(case: Case, fast: ctypes.CDLL, exact: ctypes.CDLL, repeats: int) -> di
     runs: dict[str, Callable[[], np.ndarray]] = {"lfssao": ours(case)}
     reference = runs["lfssao"]().copy()
     for name in ("plain_c", "avx2_c", "avx512_c"):
-        run, same = in_c(fast, name, case), in_c(exact, name, case)
+        run = in_c(fast, name, case)
+        same = in_c(exact, name, case)
         if run is None or same is None:
             print(f"  {name}: this processor does not have it, skipped")
             continue

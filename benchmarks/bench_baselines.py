@@ -78,8 +78,10 @@ def glsl(case: Case, repeats: int) -> Rows:
 def vtk(repeats: int, threads: int) -> Rows:
     """The pass' time beside the hemisphere estimator's, and both errors against ray-cast occlusion."""
     mesh = builtin_scene()
-    camera, radius = Camera.looking_at(mesh.bounds), RADIUS * diagonal(mesh)
-    without, with_pass = plotter(mesh, camera), plotter(mesh, camera)
+    camera = Camera.looking_at(mesh.bounds)
+    radius = RADIUS * diagonal(mesh)
+    without = plotter(mesh, camera)
+    with_pass = plotter(mesh, camera)
     with_pass.enable_ssao(radius=radius, bias=0.0, kernel_size=SAMPLES, blur=False)
     view = camera.view(*SIZE)
     buffers = Buffers.of(RayCaster(mesh, view.cast_from_world, threads).gbuffer(view, normals="geometric"), view)
@@ -99,7 +101,8 @@ def vtk(repeats: int, threads: int) -> Rows:
     chosen = np.zeros(buffers.depth.shape, bool)
     chosen[::EVERY, ::EVERY] = True
     some = replace(buffers, depth=np.where(chosen, buffers.depth, np.float32(np.inf)))
-    truth, there = ray_cast_occlusion(Occluders(mesh), some, radius, tolerance=0.01).texture, np.isfinite(some.depth)
+    truth = ray_cast_occlusion(Occluders(mesh), some, radius, tolerance=0.01).texture
+    there = np.isfinite(some.depth)
 
     def error(texture: np.ndarray) -> float:
         return float(np.sqrt(np.mean((texture[there] - truth[there].astype(np.float64)) ** 2)))

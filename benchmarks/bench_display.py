@@ -48,7 +48,8 @@ from lfssao import (
 from lfssao.files.exr import read_exr
 from lfssao.rendering.manifest import describe_machine
 
-DISPLAY, MODULES = "c80", 80
+DISPLAY = "c80"
+MODULES = 80
 COMPARED = range(0, MODULES, 11)  # modules that the plain program renders
 
 # Threads of BLAS that wait in a loop would count as work; they are of no use to products with 3 x 3 matrices.
@@ -84,7 +85,8 @@ print(time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN).
 
 def clocked(work) -> tuple:
     """The value that a call returns, and its seconds of wall and processor."""
-    start, cpu = time.perf_counter(), time.process_time()
+    start = time.perf_counter()
+    cpu = time.process_time()
     result = work()
     return result, time.perf_counter() - start, time.process_time() - cpu
 
@@ -101,12 +103,14 @@ def compare_plain(scene: str, folder: Path, few: int, turns: int) -> dict:
     cores = len(os.sched_getaffinity(0))
     numba.set_num_threads(cores)
     mesh = load_scene(scene) if "." in scene else builtin_scene(scene)
-    settings, display = Settings(default_radii(mesh)), find_display(DISPLAY)
+    settings = Settings(default_radii(mesh))
+    display = find_display(DISPLAY)
     views = [module_views(mesh, display, range(k, k + 1))[0] for k in COMPARED]
     caster = RayCaster(mesh, views[0].cast_from_world, cores)
     plain = Plain(mesh, views[0], make_samples(), settings.radii)
     render_view(caster, views[0], settings)  # compiled
-    wholes, rows = [render(scene, folder / "whole", MODULES, cores)], []
+    wholes = [render(scene, folder / "whole", MODULES, cores)]
+    rows = []
     for _ in range(turns):
         row = {"plain_start_wall": start_plain(folder, mesh, views[0]), "equal": []}
         of_plain = []
@@ -198,7 +202,8 @@ def main() -> None:
     options = parser.parse_args()
     cores = len(os.sched_getaffinity(0))
     with tempfile.TemporaryDirectory() as name:
-        folder, n = Path(name), options.modules
+        folder = Path(name)
+        n = options.modules
         render(options.scene, folder / "warm", 2, cores)  # the kernels' cache
         single = render(options.scene, folder / "one", n, 1)
         contact = single["passes"].pop("contact")

@@ -45,7 +45,8 @@ def edges(display, length, slant):
     low, high = np.array(display.roi)
     steps = [np.linspace(a, b, n) for a, b, n in zip(low, high, (7, 5, 5), strict=True)]
     middles = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 1, 3)
-    azimuth, tilt = np.arange(8) * np.pi / 8, np.deg2rad(slant)
+    azimuth = np.arange(8) * np.pi / 8
+    tilt = np.deg2rad(slant)
     flat = np.cos(tilt) if slant < 90 else 0.0
     way = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.full(8, np.sin(tilt))], axis=-1)
     # Both ways in z for each direction.
@@ -63,7 +64,8 @@ def curve_of(display, index, slant):
         errors = chord_errors(display, index, *edges(display, length, slant))
         kept = errors[np.isfinite(errors)]
         if len(kept) > len(errors) / 2:
-            middle, most = float(np.median(kept)), float(kept.max())
+            middle = float(np.median(kept))
+            most = float(kept.max())
             rows.append({"length": length, "median": middle, "worst": most, "edges": len(kept)})
     return rows
 

@@ -91,7 +91,8 @@ def bench(
         row |= {"gigabytes_per_second": 1e-6 * sizes[name] / float(np.median(own))}
         limit = next((text for start, text in LIMITS.items() if name.startswith(start)), "")
         row |= {"limit": limit if row["c_ratio"][1] < 3 else ""}
-        a, b = row["ms_per_megapixel"], row["c_ratio"]
+        a = row["ms_per_megapixel"]
+        b = row["c_ratio"]
         print(
             f"  {name:40s} {a[1]:7.2f} [{a[0]:.2f}, {a[2]:.2f}]".ljust(64)
             + f"{row['c_ms_per_megapixel'][1]:8.2f} {b[1]:7.2f} [{b[0]:.2f}, {b[2]:.2f}]".ljust(30)
@@ -114,7 +115,8 @@ def truth(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
     runs = {name: partial(cast, intersector=name) for name in INTERSECTORS}
     tree, embree = (run() for run in runs.values())
     times = interleaved(runs, repeats, clock)
-    rays, there = int(tree.rays.sum()), tree.rays > 0
+    rays = int(tree.rays.sum())
+    there = tree.rays > 0
     row: dict[str, Any] = {f"{name}_ns_a_ray": quartiles(1e6 * times[name] / rays) for name in runs}
     row |= {"tree_over_embree": quartiles(times["tree"] / times["embree"])}
     apart = np.sqrt(np.mean((tree.texture - embree.texture)[there] ** 2))

@@ -27,7 +27,8 @@ ARMADILLO = Path(__file__).resolve().parents[2] / "shared" / "meshes" / "armadil
 def all_rays(caster, view):
     """Origin, direction and length of every texel's ray that meets the scene's box, float32."""
     n = view.height * view.width
-    texels, lengths = np.empty(n, np.int32), np.empty(n, np.float32)
+    texels = np.empty(n, np.int32)
+    lengths = np.empty(n, np.float32)
     origins, directions = np.empty((2, n, 3), np.float32)
     made = texels, origins, directions, lengths
     n = rays.make_rays(view.rays, caster._tree.bounds, view.width, view.height, 1, *made)

@@ -37,7 +37,8 @@ def views(mesh: Mesh, size: tuple[int, int], displays: tuple[str, ...]) -> dict[
 
 def sharpness(mesh: Mesh, view: View, gbuffer: GBuffer, model: str) -> dict[str, float]:
     """Shares of undecided samples and of certain texels, of what sees a surface."""
-    samples, surface = make_samples(), gbuffer.depth < np.inf
+    samples = make_samples()
+    surface = gbuffer.depth < np.inf
     undecided = [
         ao_bounds(
             gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius, model, view.screen_to_world
@@ -53,7 +54,8 @@ def sharpness(mesh: Mesh, view: View, gbuffer: GBuffer, model: str) -> dict[str,
 
 def cost(mesh: Mesh, view: View, gbuffer: GBuffer, repeats: int) -> dict[str, float]:
     """Median milliseconds of the bounds and of the AO, and quartiles of their ratio."""
-    radius, samples = default_radii(mesh)[2], make_samples()
+    radius = default_radii(mesh)[2]
+    samples = make_samples()
     given = gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius
     times: dict[str, list[float]] = {"shader": [], "strict": []}
     for _ in range(repeats + 1):

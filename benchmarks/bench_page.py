@@ -55,7 +55,8 @@ def main() -> None:
         begin = time.perf_counter()
         browser.get(options.page.resolve().as_uri())
         WebDriverWait(browser, 600).until(lambda _: browser.find_elements("css selector", "canvas[data-ready]"))
-        opened, profile = time.perf_counter() - begin, browser.capabilities["chrome"]["userDataDir"]
+        opened = time.perf_counter() - begin
+        profile = browser.capabilities["chrome"]["userDataDir"]
         browser.execute_script(FRAMES, 5)
         before = processor_seconds(profile)
         times, width, height, modules = browser.execute_script(FRAMES, options.frames)

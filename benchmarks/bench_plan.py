@@ -81,7 +81,8 @@ def cases(display: Display, quick: bool) -> Iterator[Case]:
     special = Settings((0.0, *radii[:2], *radii[:2]))
     yield Case(f"{name}, radii 0 and twice", mesh, mesh.bounds, special)
     yield Case(f"{name}, one radius, no blur", mesh, mesh.bounds, Settings(radii[:1], blur=0.0))
-    sheet, radii = wall(), (0.03, 0.06, 0.1, 0.18, 0.3)
+    sheet = wall()
+    radii = (0.03, 0.06, 0.1, 0.18, 0.3)
     front = np.array([[-1.0, -0.75, -0.3], [1.0, 0.75, 0.3]])
     yield Case("wall", sheet, front, Settings(radii))
     yield Case("wall, a tenth", sheet, at_a_tenth(sheet, display), Settings(radii))
@@ -137,10 +138,12 @@ def savings(made: Iterable[Case], display: Display, repeats: int) -> Iterator[Sa
 
 
 def _saving(case: Case, caster: RayCaster, view: View, repeats: int) -> Saving:
-    settings, all_rows = case.settings, RayCaster(case.mesh, view.cast_from_world)
+    settings = case.settings
+    all_rows = RayCaster(case.mesh, view.cast_from_world)
     all_rows.bounds = case.mesh.bounds * 1e6  # around the lens and the observers, so that no row is known to miss it
     first = render_view(caster, view, settings)
-    seen, filled = Buffers.of(first.gbuffer, view), Buffers.of(without_background(first.gbuffer), view)
+    seen = Buffers.of(first.gbuffer, view)
+    filled = Buffers.of(without_background(first.gbuffer), view)
     renders = {
         "plan": partial(render_view, caster, view, settings),
         "rows": partial(render_view, all_rows, view, settings),
@@ -189,7 +192,8 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--repeats", type=int, default=25)
     parser.add_argument("--json", type=Path, default=Path(__file__).parent / "results" / "plan.json")
     options = parser.parse_args(arguments)
-    display, made = find_display(options.display), []
+    display = find_display(options.display)
+    made = []
     print(HEAD, flush=True)
     for saving in savings(cases(display, options.quick), display, options.repeats):
         print(as_text(saving), flush=True)

@@ -12,7 +12,8 @@ import numpy as np
 from lfssao.samples import sample_set
 from lfssao.testing import check_promise
 
-COUNTS, SETS = (8, 16, 64), 200
+COUNTS = (8, 16, 64)
+SETS = 200
 ALL = ("inside", "distinct", "uniform", "projections", "latin", "net", "progressive", "low-discrepancy")
 # Promises that the right sampler of a kind keeps.
 KEPT = {"square": ALL, "ball": ALL[:4]}

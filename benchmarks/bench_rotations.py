@@ -19,9 +19,12 @@ from lfssao.bench.work_precision.settings import QUICK
 from lfssao.rendering.passes import occlusions
 from lfssao.rendering.settings import DEFAULT_RADII
 
-SCENES, DISPLAYS = ("statue", "ammonite", "armadillo"), ("sample-a", "picoarray")
+SCENES = ("statue", "ammonite", "armadillo")
+DISPLAYS = ("sample-a", "picoarray")
 ROTATIONS = ("none", "hash", "tiles", "ign", "r2", "blue-noise")
-COUNTS, BLURS, RADII = (4, 8, 16), (0.0, 1.0, 2.0), ((0.02,), DEFAULT_RADII)
+COUNTS = (4, 8, 16)
+BLURS = (0.0, 1.0, 2.0)
+RADII = ((0.02,), DEFAULT_RADII)
 SAMPLER, SEEDS, MANY = "latin", 4, 4096  # the references' number of samples
 
 

@@ -23,7 +23,9 @@ from lfssao.optics.display import Display
 from lfssao.rendering.manifest import describe_machine
 from lfssao.samples import texel_turns
 
-MODULE, SIZE, RADIUS = 9, (640, 480), 0.09
+MODULE = 9
+SIZE = (640, 480)
+RADIUS = 0.09
 _DOUBLED = 18  # times, at most
 Make = Callable[[float], np.ndarray]
 
@@ -75,7 +77,8 @@ class Renderer:
 
 def errors(r: Renderer) -> Iterator[tuple[str, str, str, str, float, Make]]:
     """Each error, its unit, the layer, the name that is right, the least size, and the texture of a size."""
-    c, module = r.display, r.display.modules[MODULE]
+    c = r.display
+    module = r.display.modules[MODULE]
 
     def shifted(s: float) -> np.ndarray:
         numbers = r.view.world_to_image.numbers.copy()
@@ -96,7 +99,8 @@ def errors(r: Renderer) -> Iterator[tuple[str, str, str, str, float, Make]]:
         return r.seen_by(replace(c, **{name: value * (1 + s) if factor else value + s}))
 
     def of_place(s: float, axis: int) -> np.ndarray:
-        axes, centre = r.axes.copy(), np.mean(np.array(c.roi), axis=0)
+        axes = r.axes.copy()
+        centre = np.mean(np.array(c.roi), axis=0)
         if axis < 0:
             axes[:, :3], axes[:, 3] = (1 + s) * axes[:, :3], centre + (1 + s) * (axes[:, 3] - centre)
         else:
@@ -184,7 +188,9 @@ def main() -> int:
     options.add_argument("-o", "--output", type=Path, default=Path("benchmarks/results/smallest.json"))
     options.add_argument("--only", help="rows whose name begins so")
     given = options.parse_args()
-    target, rows, only = given.output, [], given.only or ""
+    target = given.output
+    rows = []
+    only = given.only or ""
     with tempfile.TemporaryDirectory() as folder:
         r = Renderer(Path(folder))
         print("| wrong | first that is outside | first that is named | ratio |\n|---|---|---|---|")

@@ -102,13 +102,15 @@ def main() -> None:
     options = parser.parse_args()
     scenes = {}
     for z in DEPTHS:
-        mesh, rows = sheet(z), []
+        mesh = sheet(z)
+        rows = []
         for count in COUNTS:
             found = measure(mesh, np.eye(3, 4), display_of(count, WIDTH, 2, 0.01), ("color", "positions"))
             foretold = abs(z) * 2 / (count - 1) / (0.7 * np.sqrt(12))
             rows.append({"modules": count, **found, "foretold": foretold})
         scenes[f"z={z}"] = {"rows": rows}
-    mesh, rows = builtin_scene("gallery"), []
+    mesh = builtin_scene("gallery")
+    rows = []
     for count in COUNTS:
         display = display_of(count, WIDTH, 120, 0.6)
         rows.append({"modules": count, **measure(mesh, fit_roi(mesh.bounds, display.roi), display, ("color",))})

@@ -47,7 +47,8 @@ from lfssao.viz.truth import half_space
 PARTS = ("sampling", "missing layers", "edge", "form", "integrand")
 RADII = (0.02, 0.08)  # of the diagonal
 GUARD = 64  # texels: the larger radius has at most 40
-NUMBERS, PICTURE = RESULTS / "error-parts.json", "error-parts"
+NUMBERS = RESULTS / "error-parts.json"
+PICTURE = "error-parts"
 COSINE = ("cosine", "constant")
 _MANY = 1024  # samples, where an estimator takes any
 _SLICES: dict[str, Value] = {"slices": 16, "steps": 32}
@@ -95,7 +96,8 @@ class Sight:
 
 def scene_sight(name: str, width: int = 256, height: int = 192, guard: int = GUARD) -> Sight:
     """The view of an embedded scene that ``lfssao bench work-precision`` has."""
-    mesh, display = builtin_scene(name), find_display("virtual").with_resolution(width, height)
+    mesh = builtin_scene(name)
+    display = find_display("virtual").with_resolution(width, height)
     views = [module_views(mesh, display, guard=texels) for texels in (0, guard)]
     view, wide_view = (each[len(each) // 2] for each in views)
     return Sight(mesh, view, wide_view)
@@ -133,7 +135,8 @@ def stages_of(sight: Sight, estimator: Estimator, radius: float, few: Inputs = (
         return on_all_layers(estimator, buffers, radius, best, layers)
 
     (buffers, wide), many = sight.turned(estimator), many_of(estimator)
-    best, layered = many or few, estimator.name in RULES
+    best = many or few
+    layered = estimator.name in RULES
     occlusions = (
         on_first(buffers, few),
         on_first(buffers, best) if many else None,
@@ -166,7 +169,8 @@ def shares_of(parts: Sequence[Texture | None]) -> dict[str, float | None]:
 
 def measure(scale: Scale) -> dict[str, Any]:
     """All estimators' parts on all scenes, and when and where they were measured."""
-    start, machine = time.process_time(), describe_machine(1)
+    start = time.process_time()
+    machine = describe_machine(1)
     estimators: dict[str, Any] = {name: {} for name in of_one_view()}
     for scene in SCENES:
         width, height = scale.size(256, 192)

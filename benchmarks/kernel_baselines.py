@@ -56,11 +56,13 @@ def _fan(a: Sequence[Any]) -> list[Any]:
 
 def _fraction(a: Sequence[Any]) -> list[Any]:
     view, ball, occlusion, _ = a
-    offsets, numbers = ball.points, _mapping(view)
+    offsets = ball.points
+    numbers = _mapping(view)
     x, y, z = numbers[:12].reshape(3, 4)[:, :3].T
     moved = np.zeros((len(offsets), 4), offsets.dtype)
     moved[:, :3] = (offsets[:, :1] * x + offsets[:, 1:2] * y) + offsets[:, 2:] * z
-    textures, half = (view.depth, view.positions, view.normals), int(ball.half is not None)
+    textures = (view.depth, view.positions, view.normals)
+    half = int(ball.half is not None)
     return [*_size(occlusion), len(offsets), *textures, offsets, moved, numbers, half, occlusion]
 
 

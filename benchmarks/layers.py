@@ -65,7 +65,9 @@ def _find_hits(begin, stop, rays, tree, z, area, count):
 
     z, area: (H, W, n), out. count: (H, W), out, how many hits there are, more than n too.
     """
-    boxes, stack, most = tree.boxes, np.empty(128, np.int64), z.shape[2]
+    boxes = tree.boxes
+    stack = np.empty(128, np.int64)
+    most = z.shape[2]
     first_leaf = (boxes.shape[0] + 1) // 2 - 1
     for j in range(begin, stop):
         for i in range(count.shape[1]):
@@ -95,9 +97,12 @@ def _find_hits(begin, stop, rays, tree, z, area, count):
 
 def layers_of(caster: RayCaster, view: Any) -> Layers:
     """Return the layers of a view, by the caster of its cast space."""
-    most, size = _MOST, (view.height, view.width)
+    most = _MOST
+    size = (view.height, view.width)
     while True:
-        z, area, count = np.full((*size, most), np.inf), np.zeros((*size, most)), np.zeros(size, np.int64)
+        z = np.full((*size, most), np.inf)
+        area = np.zeros((*size, most))
+        count = np.zeros(size, np.int64)
         _find_hits(view.rays, caster._tree.arrays, z, area, count)
         if count.max() <= most:
             break
@@ -121,8 +126,10 @@ def _points(view: Any, z: Depths) -> Depths:
 
 def _solids(hits: Depths, front: NDArray[np.bool_]) -> tuple[Depths, Depths]:
     """Beginnings and ends of solids, of hits from the nearest on, (n, H, W) each."""
-    begins, ends = np.full(hits.shape, np.inf), np.full(hits.shape, np.inf)
-    depth, solid = np.zeros(hits.shape[1:], np.int64), np.zeros((1, *hits.shape[1:]), np.int64)
+    begins = np.full(hits.shape, np.inf)
+    ends = np.full(hits.shape, np.inf)
+    depth = np.zeros(hits.shape[1:], np.int64)
+    solid = np.zeros((1, *hits.shape[1:]), np.int64)
     for z, faces in zip(hits, front, strict=True):
         hit = z < np.inf
         for wanted, target in ((hit & faces & (depth == 0), begins), (hit & ~faces & (depth == 1), ends)):
@@ -243,7 +250,8 @@ class Run(NamedTuple):
     def surfaces(self, z: Depths) -> Texture:
         """Cast z of surfaces as the estimator reads them, image z where it asks for that."""
         if "image_z" in words_of(self.numbers):
-            view, hit = self.buffers.view, z < np.inf
+            view = self.buffers.view
+            hit = z < np.inf
             z = np.where(hit, view.image_z(view.depth_at(np.where(hit, z, 1.0))), np.inf)
         return np.ascontiguousarray(z, self.buffers.depth.dtype)
 
@@ -254,7 +262,8 @@ class Run(NamedTuple):
 
 
 def _on_solids(run: Run) -> Texture:
-    view, total = run.view(), np.zeros(run.buffers.depth.shape)
+    view = run.view()
+    total = np.zeros(run.buffers.depth.shape)
     for sign, depths in ((1, run.layers.begins), (-1, run.layers.ends)):
         for z in depths:
             if (z < np.inf).any():

@@ -93,7 +93,8 @@ def renamed(found: Found) -> Found:
 
 def moved(texture: Any, seen: Any) -> Any:
     """The texture of other texels: each surface value half of all surface texels further, in reading order."""
-    values, out = texture[seen], texture.copy()
+    values = texture[seen]
+    out = texture.copy()
     out[seen] = np.roll(values, len(values) // 2, axis=0)
     return out
 

@@ -93,7 +93,8 @@ def roughness(normals: Any, seen: Any, size: int = 9) -> Any:
 
 def shaded_models(scale: Scale, place: Any = lambda ao, _: ao) -> Found:
     """Figure 10; place: where the ao is put."""
-    rows, strips = {}, []
+    rows = {}
+    strips = []
     for name in MODELS:
         m = model(lfssao.builtin_scene(name), scale.size(1024, 768))
         seen = m.gbuffer.triangle >= 0
@@ -135,7 +136,8 @@ def single_pixels(scale: Scale, filtered: Any = lambda made, _: made.blurred) ->
                  ((side, side.stop - side.start) for side in box))  # fmt: skip
     many = lfssao.make_samples("sobol", 1024, r_min=0.8)
     limit = finish_view(m.gbuffer, m.view, lfssao.Settings(m.settings.radii, many, rotation="none")).merged
-    rows, pictures = {}, {}
+    rows = {}
+    pictures = {}
     for rotation in ("hash", "none"):
         made = finish_view(m.gbuffer, m.view, lfssao.Settings(m.settings.radii, rotation=rotation))
         for stage, texture in (("before", made.merged), ("after", filtered(made, seen))):
@@ -150,7 +152,8 @@ def single_pixels(scale: Scale, filtered: Any = lambda made, _: made.blurred) ->
 def judge_single_pixels(found: Found, limit: float) -> Judged:
     before, after = (found["rows"][f"hash, {stage}"] for stage in ("before", "after"))
     constant = found["rows"]["a constant"]["rmse"]
-    kept, better = after["single"], after["rmse"] < min(before["rmse"], constant)
+    kept = after["single"]
+    better = after["rmse"] < min(before["rmse"], constant)
     told = {"before": before["single"], "after": kept, "texels": found["texels"]}
     told |= {"rmse_before": before["rmse"], "rmse_after": after["rmse"], "constant": constant}
     whole = better and before["single"] > 0 and 100 * kept <= limit * before["single"]
@@ -179,7 +182,8 @@ def several_radii(scale: Scale) -> Found:
     mesh = lfssao.builtin_scene("statue")
     view = lfssao.module_views(mesh, lfssao.find_display("sample-a").with_resolution(*scale.size(500, 300)), [10])[0]
     gbuffer = lfssao.RayCaster(mesh, view.cast_from_world, 2).gbuffer(view, normals="geometric")
-    radii, seen = lfssao.default_radii(mesh), gbuffer.triangle >= 0
+    radii = lfssao.default_radii(mesh)
+    seen = gbuffer.triangle >= 0
     rays = (lfssao.Occluders(mesh), lfssao.Buffers.of(gbuffer, view), max(radii), "uniform")
     truth = lfssao.ray_cast_occlusion(*rays, tolerance=0.03, rounds=(2, 8)).texture[seen]
     (box,) = ndimage.find_objects(seen.astype(int))
@@ -223,16 +227,19 @@ def seen_by_a_viewer(scale: Scale, places: tuple[float, ...] = EYES) -> Found:
     """Figure 14; places: where the display is seen from, for each eye."""
     mesh = lfssao.builtin_scene("statue")
     display = lfssao.find_display("sample-a").with_resolution(*scale.size(500, 300))
-    modules, world = range(len(display.modules)), lfssao.fit_roi(mesh.bounds, display.roi)
+    modules = range(len(display.modules))
+    world = lfssao.fit_roi(mesh.bounds, display.roi)
     settings = lfssao.Settings(lfssao.default_radii(mesh))
-    field, made = LightField(display, modules, 7), list(lfssao.render(mesh, display, settings, threads=2))
+    field = LightField(display, modules, 7)
+    made = list(lfssao.render(mesh, display, settings, threads=2))
     for k, t in zip(modules, made, strict=True):
         field.put(k, np.concatenate([t.image, t.shaded, t.blurred[..., None]], axis=-1))
     rows = {}
     for eye, place in zip(EYES, places, strict=True):
         view = eye_view(display, world, eye, scale.size(500)[0])
         own = finish_view(lfssao.RayCaster(mesh, view.cast_from_world, 2).gbuffer(view), view, settings)
-        shown, seen = field.photograph(place, view.width).image, own.gbuffer.triangle >= 0
+        shown = field.photograph(place, view.width).image
+        seen = own.gbuffer.triangle >= 0
         inner = ndimage.binary_erosion(seen, iterations=3)
         both = shown[..., 6][inner], own.blurred[inner]
         rows[f"eye at {eye:g} m"] = {"correlation": correlation(*both), "rmse": rms(both[0] - both[1])}
@@ -243,7 +250,8 @@ def seen_by_a_viewer(scale: Scale, places: tuple[float, ...] = EYES) -> Found:
     pictures = {title: picture[box] for title, picture in zip(titles, light + visible, strict=True)}
     scale.save("lf-figure-14", tiles(pictures, 4))
     points = agreement.surface_points(made[10].gbuffer, 3000)
-    views, gbuffers = [t.view for t in made], [t.gbuffer for t in made]
+    views = [t.view for t in made]
+    gbuffers = [t.gbuffer for t in made]
     values = agreement.over_modules(points, views, gbuffers, [t.blurred for t in made], settings.radii[0])
     return {"rows": rows, "modules": len(made), "deviation": agreement.spread(values).deviation}
 

@@ -19,8 +19,10 @@ def by_matrix(matrix: Any, points: Any) -> Any:
 
 def best_matrix(points: Any, texels: Any) -> Any:
     """The matrix that misses the texels of points least, root mean square: linear first, then refined."""
-    ones, none = np.column_stack([points, np.ones(len(points))]), np.zeros((len(points), 4))
-    middle, scale = texels.mean(axis=0), texels.std()
+    ones = np.column_stack([points, np.ones(len(points))])
+    none = np.zeros((len(points), 4))
+    middle = texels.mean(axis=0)
+    scale = texels.std()
     a, b = ((texels - middle) / scale).T[..., None]
     equations = np.vstack([np.hstack([ones, none, -a * ones]), np.hstack([none, ones, -b * ones])])
     start = np.linalg.eigh(equations.T @ equations)[1][:, 0]
@@ -38,14 +40,16 @@ def matrix_misses(view: Any, world: Any) -> dict[str, float]:
     texels = np.asarray(view.world_to_image(points), float)
     inside = np.isfinite(texels).all(axis=1) & (texels[:, 0] >= 0) & (texels[:, 0] <= view.width)
     inside &= (texels[:, 1] >= 0) & (texels[:, 1] <= view.height)
-    points, texels = points[inside], texels[inside, :2]
+    points = points[inside]
+    texels = texels[inside, :2]
     missed = np.linalg.norm(by_matrix(best_matrix(points, texels), points) - texels, axis=1)
     return {"points": len(points), "rms": rms(missed), "worst": float(missed.max())}
 
 
 def no_matrix(scale: Scale) -> Found:
     """The mapping of a display's modules, against the best matrix for each."""
-    mesh, rows = lfssao.builtin_scene("statue"), {}
+    mesh = lfssao.builtin_scene("statue")
+    rows = {}
     for name, modules in (("virtual", [0]), ("sample-a", [0, 10, 20]), ("sample-b", [0])):
         display = lfssao.find_display(name).with_resolution(*scale.size(1024, 768))
         for k, view in zip(modules, lfssao.module_views(mesh, display, modules), strict=True):
@@ -68,8 +72,10 @@ def judge_no_matrix(found: Found, limit: float) -> Judged:
 
 def other_line_7(scale: Scale, shift: int = 0) -> Found:
     """The depth texture against the mapped positions texture; shift: texels by which positions are moved in control."""
-    mesh, rows = lfssao.builtin_scene("statue"), {}
-    size, display = scale.size(500, 300), lfssao.find_display("sample-a")
+    mesh = lfssao.builtin_scene("statue")
+    rows = {}
+    size = scale.size(500, 300)
+    display = lfssao.find_display("sample-a")
     views = lfssao.module_views(mesh, display.with_resolution(*size), [0, 10, 20])
     seen = {f"sample-a, module {k}": view for k, view in zip((0, 10, 20), views, strict=True)}
     for name, view in seen.items():
@@ -79,7 +85,8 @@ def other_line_7(scale: Scale, shift: int = 0) -> Found:
             lfssao.estimate("point", b.turned("hash"), lfssao.default_radii(mesh)[2], surface=surface).texture
             for b, surface in ((buffers, "depth"), (moved, "positions"))
         ]
-        surface, differs = np.isfinite(buffers.depth), made[0] != made[1]
+        surface = np.isfinite(buffers.depth)
+        differs = made[0] != made[1]
         rows[name] = {"texels": int(surface.sum()), "differ": int((differs & surface).sum())}
         rows[name]["largest"] = float(np.abs(made[0] - made[1])[surface].max())
     return {"rows": rows}

@@ -34,7 +34,8 @@ def placement(scale: Scale, make_set: Any = whole_set) -> Found:
     mesh = lfssao.builtin_scene("ammonite")
     view = lfssao.module_views(mesh, lfssao.find_display("sample-a").with_resolution(*scale.size(200, 120)), [10])[0]
     buffers = lfssao.Buffers.of(lfssao.RayCaster(mesh, view.cast_from_world).gbuffer(view), view)
-    radius, seen = lfssao.default_radii(mesh)[3], np.isfinite(buffers.depth)
+    radius = lfssao.default_radii(mesh)[3]
+    seen = np.isfinite(buffers.depth)
 
     def occlusion(points: Any) -> Any:
         return lfssao.estimate("lf", buffers, radius, points).texture[seen].astype(float)
@@ -57,7 +58,8 @@ def judge_placement(found: Found, limit: float) -> Judged:
 def few_samples(scale: Scale, place: Any = lambda ao, _: ao) -> Found:
     """Additional blur pass: the error that few samples leave, before and after it; place: where the ao is put."""
     m = model(lfssao.builtin_scene("ammonite"), scale.size(1024, 768))
-    radii, seen = m.settings.radii, m.gbuffer.triangle >= 0
+    radii = m.settings.radii
+    seen = m.gbuffer.triangle >= 0
     many = lfssao.Settings(radii, lfssao.make_samples("sobol", 1024), rotation="none", layers=("merged",))
     limit = finish_view(m.gbuffer, m.view, many).merged[seen].astype(float)
     rows = {}
@@ -83,14 +85,16 @@ def cost(scale: Scale) -> Found:
     mesh = lfssao.builtin_scene("ammonite")
     m = model(mesh, scale.size(1024, 768))
     arrays = m.gbuffer.depth, m.gbuffer.positions, m.view.world_to_image
-    sets, radius = {str(n): lfssao.make_samples("latin", n) for n in COUNTS}, lfssao.default_radii(mesh)[3]
+    sets = {str(n): lfssao.make_samples("latin", n) for n in COUNTS}
+    radius = lfssao.default_radii(mesh)[3]
     times = least({n: partial(lfssao.algorithm2, *arrays, s, radius) for n, s in sets.items()}, scale.repeats(20))
     return {"rows": {"ms": {n: row["ms"] for n, row in times.items()}}}
 
 
 def judge_cost(found: Found, limit: float) -> Judged:
     ms = found["rows"]["ms"]
-    n, t = np.array([int(each) for each in ms]), np.array(list(ms.values()))
+    n = np.array([int(each) for each in ms])
+    t = np.array(list(ms.values()))
     bend = float(np.abs(np.polyval(np.polyfit(n, t, 1, w=1 / t), n) / t - 1).max())
     return bend <= limit, False, {"bend": bend}
 
@@ -103,7 +107,8 @@ def quadratic_times(_: Scale, found: Found) -> Found:
 
 def empty_parts(method: str, n: int) -> float:
     """Share of the sphere's octants without a sample of a set, over 2,000 sets, turned at random."""
-    rng, empty = np.random.default_rng(0), []
+    rng = np.random.default_rng(0)
+    empty = []
     for seed in range(2000):
         axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         signs = sample_set("sphere", method, n, seed).points @ axes > 0
@@ -135,7 +140,9 @@ def inner_radius(scale: Scale, place: Any = lambda ao, _: ao) -> Found:
     mesh = lfssao.builtin_scene("statue")
     view = lfssao.module_views(mesh, lfssao.find_display("sample-a").with_resolution(*scale.size(500, 300)), [10])[0]
     gbuffer = lfssao.RayCaster(mesh, view.cast_from_world, 2).gbuffer(view, normals="geometric")
-    buffers, seen, radius = lfssao.Buffers.of(gbuffer, view), gbuffer.triangle >= 0, lfssao.default_radii(mesh)[3]
+    buffers = lfssao.Buffers.of(gbuffer, view)
+    seen = gbuffer.triangle >= 0
+    radius = lfssao.default_radii(mesh)[3]
     rays = lfssao.ray_cast_occlusion(lfssao.Occluders(mesh), buffers, radius, "uniform", tolerance=0.03, rounds=(2, 8))
     rows: dict[str, Any] = {}
     for inner in SHELLS:
@@ -178,7 +185,8 @@ def perceived(scale: Scale) -> Found:
     radii = lfssao.default_radii(lfssao.builtin_scene("statue"))
     display = lfssao.find_display("sample-a").with_resolution(*scale.size(500, 300))
     many = lfssao.Settings(radii, lfssao.make_samples("sobol", 256), layers=("shaded",))
-    limit, rows = seen_light(scale, many, display), {}
+    limit = seen_light(scale, many, display)
+    rows = {}
     for name, n in [*((name, 8) for name in SAMPLERS), ("latin", 2), ("latin", 4), ("latin", 16)]:
         light = seen_light(scale, lfssao.Settings(radii, lfssao.make_samples(name, n), layers=("shaded",)), display)
         rows[f"{n} samples, {name}"] = {"flip": flip(limit, light), "rmse": rms(light - limit)}

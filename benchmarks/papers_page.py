@@ -58,7 +58,8 @@ def page(result: dict[str, Any], work_precision: str = "") -> str:
 
 def judged(name: str, found: dict[str, Any]) -> tuple[str, str]:
     """A claim's verdict in words, and the measured in a sentence."""
-    judge, paper = CLAIMS[name].judge, PAPERS[name]
+    judge = CLAIMS[name].judge
+    paper = PAPERS[name]
     limits = [key for key in inspect.signature(judge).parameters if key != "found"]
     whole, part, told = judge(found, **{key: paper[key] for key in limits})
     word = "reproduced" if whole else f"depends on {paper['depends']}" if part else "contradicted"
@@ -102,7 +103,8 @@ def _section(name: str, word: str, here: str, control: tuple[str, str], rows: di
     picture = anchor(name)[1:] + ".png"
     if (RESULTS / picture).exists():
         out += [f"![{name}](results/{picture})", ""]
-    columns, theirs = paper["columns"], paper.get("theirs", {})
+    columns = paper["columns"]
+    theirs = paper.get("theirs", {})
     cells = [
         [row, *(format(found[key], form) if key in found else "-" for key, _, form in columns)]
         + ([f"{theirs[row]:g}"] if theirs else []) for row, found in rows.items()

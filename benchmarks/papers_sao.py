@@ -82,7 +82,8 @@ def tap_points(taps: int, turns: int, across: Any, radius: float = 100.0) -> Any
 
 def unevenness(points: Any, radius: float = 100.0) -> float:
     """Deviation over mean of the number of points in cells of distance and angle about the texel, 8 x 16."""
-    distance, angle = np.hypot(*points.T) / radius, np.arctan2(*points.T[::-1])
+    distance = np.hypot(*points.T) / radius
+    angle = np.arctan2(*points.T[::-1])
     counts = np.histogram2d(distance, angle, (8, 16), ((0, 1), (-np.pi, np.pi)))[0]
     return float(counts.std() / counts.mean())
 
@@ -173,7 +174,8 @@ def thin_features(scale: Scale) -> Found:
 
 def judge_thin_features(found: Found) -> Judged:
     own, _, several, rays, _ = found["rows"].values()
-    near, far = str(GAPS[0]), str(GAPS[-1])
+    near = str(GAPS[0])
+    far = str(GAPS[-1])
     fades = own[far] <= 0.5 * own[near]
     told = {"near": own[near], "far": own[far], "rays_near": rays[near], "rays_far": rays[far]}
     told |= {"change": own["change"], "several": several["change"], "rays": rays["change"]}
@@ -186,7 +188,8 @@ def q_range(scale: Scale) -> Found:
     frames = [camera_buffers(*size, move=move) for move in (0.0, 0.25)]
     (limit, seen), radius = many_taps(size), WIDE * frames[0][1]
     first, second = (b.turned("sao-hash") for b, _, _ in frames)
-    there, powers = seen & np.isfinite(second.depth), range(8)
+    there = seen & np.isfinite(second.depth)
+    powers = range(8)
     rows = least(
         {str(2**p): partial(lfssao.estimate, "sao", first, radius, log_q=p, **RAW) for p in powers}, scale.repeats(10)
     )
@@ -209,7 +212,8 @@ def only_one_q(_: Scale, found: Found) -> Found:
 
 def judge_q_range(found: Found, limit: float) -> Judged:
     rows = found["rows"]
-    good, eight = [rows[q]["rmse"] for q in ("8", "16", "32")], rows["8"]
+    good = [rows[q]["rmse"] for q in ("8", "16", "32")]
+    eight = rows["8"]
     told = {"alike": max(good) / min(good), "error": rows["2"]["rmse"] / eight["rmse"]}
     told |= {"change": rows["2"]["change"] / eight["change"], "slow": rows["128"]["ms"] / eight["ms"]}
     rest = min(told["error"], told["change"]) > limit and told["slow"] > 1 + max(eight["spread"], rows["128"]["spread"])
@@ -246,13 +250,15 @@ DISTANCES = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0)
 
 def falloffs(scale: Scale) -> Found:
     """The appendix: ao of a floor by the distance from a wall, of both falloffs."""
-    radius, parts = 0.5, [box((-2, -0.1, 0), (2, 0, 2)), box((-2, -0.1, -0.1), (2, 2, 0))]
+    radius = 0.5
+    parts = [box((-2, -0.1, 0), (2, 0, 2)), box((-2, -0.1, -0.1), (2, 2, 0))]
     faces = np.concatenate([f + 8 * k for k, (_, f) in enumerate(parts)]).astype(np.int32)
     mesh = lfssao.Mesh(np.concatenate([v for v, _ in parts]).astype(float), faces)
     camera = lfssao.Camera.placed(mesh.bounds, eye=(0.0, 3.0, 4.0), target=(0.0, 0.2, 0.3), fov=35.0)
     buffers = moved_buffers(mesh, camera, *scale.size(1024, 768))[0].turned("sao-hash")
     x, y, z = (buffers.positions[..., k] for k in range(3))
-    floor, rows = np.isfinite(buffers.depth) & (np.abs(y) < 1e-3) & (np.abs(x) < 1), {}
+    floor = np.isfinite(buffers.depth) & (np.abs(y) < 1e-3) & (np.abs(x) < 1)
+    rows = {}
     weak: dict[str, Any] = {  # so that nothing is cut off at 1
         "equation 1, epsilon 0.01": ("sao-equation-1", {"sigma": 0.1}),
         "equation 1, epsilon 0.0001": ("sao-equation-1", {"sigma": 0.1, "epsilon": 1e-4}),

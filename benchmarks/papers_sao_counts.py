@@ -42,7 +42,9 @@ def judge_bytes(found: Found, limit: float, theirs: dict[str, float]) -> Judged:
 
 def guard_band(scale: Scale) -> Found:
     """Section 4: texels that a guard band adds, and the time of the z passes on them."""
-    width, height, times = 1920, 1200, measured_before(scale, "SAO table 2")
+    width = 1920
+    height = 1200
+    times = measured_before(scale, "SAO table 2")
     rows = {}
     for share in (0.05, 0.1):
         guard = round(share * width)
@@ -66,7 +68,10 @@ def wider_band(_: Scale, found: Found) -> Found:
 
 def unread(_: Scale) -> Found:
     """Section 4: texels of the guard band, by level, that no tap of a visible texel reads."""
-    width, height, guard, rows = 1920, 1200, 192, {}
+    width = 1920
+    height = 1200
+    guard = 192
+    rows = {}
     for level in range(6):
         reach = min(16 * 2**level, guard) if level < 5 else guard  # q' = 8: level m serves taps below 16 2^m texels
         band, read = ((width + 2 * g) * (height + 2 * g) - width * height for g in (guard, reach))
@@ -87,7 +92,8 @@ def without_levels(_: Scale, found: Found) -> Found:
 
 def small_radii(scale: Scale) -> Found:
     """Section 3.2, of the times of figure 5 and table 2: the smallest radius, 2560x1600."""
-    times, passes = measured_before(scale, "SAO figure 5"), measured_before(scale, "SAO table 2")
+    times = measured_before(scale, "SAO figure 5")
+    passes = measured_before(scale, "SAO table 2")
     texels = 2560 * 1600 / ((1920 + 380) * (1080 + 380))
     z_passes = texels * (passes["SAO, level 0"]["ms"] + passes["SAO, levels"]["ms"])
     sets = {"12 taps, no hierarchy": ("no hierarchy, 12 taps", 0.0), "SAO with its z passes": ("hierarchy", z_passes)}
@@ -107,7 +113,8 @@ def largest_for_smallest(_: Scale, found: Found) -> Found:
 
 def figure_1(scale: Scale) -> Found:
     """Figure 1, of the times of figure 5 and table 2, by the texel: AlchemyAO at 1280x720, SAO at 1920x1080."""
-    times, passes = measured_before(scale, "SAO figure 5"), measured_before(scale, "SAO table 2")
+    times = measured_before(scale, "SAO figure 5")
+    passes = measured_before(scale, "SAO table 2")
     filtering = 1 / ((1920 + 380) * (1080 + 380))
     sampling = 1 / (2560 * 1600)
     sizes = {"AlchemyAO": (1280 * 720, "no hierarchy, 12 taps", "0.01", "Alchemy, bilateral"),
@@ -122,7 +129,8 @@ def figure_1(scale: Scale) -> Found:
 
 def judge_figure_1(found: Found, limit: float) -> Judged:
     alchemy, own = found["rows"].values()
-    ratio, more = own["ms"] / alchemy["ms"], own["texels"] / alchemy["texels"]
+    ratio = own["ms"] / alchemy["ms"]
+    more = own["texels"] / alchemy["texels"]
     told = {"ratio": ratio, "more": more, "alchemy": alchemy["ms"], "sao": own["ms"]}
     return ratio <= limit, ratio < more, told
 

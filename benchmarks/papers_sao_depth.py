@@ -89,7 +89,8 @@ def normal_errors(scale: Scale, stored_true: Any = None) -> Found:
 
 
 def judge_normal_errors(found: Found, limit: float) -> Judged:
-    worst, most = found["rows"]["all"]["worst"], found["rows"]["seen within 80 degrees"]["p999"]
+    worst = found["rows"]["all"]["worst"]
+    most = found["rows"]["seen within 80 degrees"]["p999"]
     return worst <= limit, most <= limit, {"worst": worst, "most": most}
 
 
@@ -115,7 +116,8 @@ def summed(row: Any, points: Any, order: str) -> Any:
 
 def products(_: Scale) -> Found:
     """Section 2.1: error of camera z by the order of a product's sum, in ulps of z, over 200 cameras in a hall."""
-    rng, errors = np.random.default_rng(0), {order: [] for order in ORDERS}
+    rng = np.random.default_rng(0)
+    errors = {order: [] for order in ORDERS}
     for _k in range(200):
         axis = np.linalg.qr(rng.normal(size=(3, 3)))[0][2]
         row = np.array([*axis, -axis @ rng.uniform(-15, 15, 3)]).astype(np.float32)

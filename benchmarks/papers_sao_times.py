@@ -20,8 +20,10 @@ def stages(buffers: Any, radius: float) -> dict[str, Any]:
     """Calls of the passes of AlchemyAO and SAO; SAO's sampling makes normals, positions and levels too."""
     buffers = buffers.turned("sao-hash")
     z = linear_z(buffers)
-    origin, options = texel_rays(buffers.view, z.dtype).origin, scalable.AppendixOptions()
-    keys, visibility = scalable.keys_of(z, origin, 0.0), scalable.sample(buffers, z, radius, options)[0]
+    origin = texel_rays(buffers.view, z.dtype).origin
+    options = scalable.AppendixOptions()
+    keys = scalable.keys_of(z, origin, 0.0)
+    visibility = scalable.sample(buffers, z, radius, options)[0]
     return {
         "Alchemy, sampling": partial(lfssao.estimate, "alchemy", buffers, radius),
         "Alchemy, bilateral": partial(wide_bilateral, visibility, keys),
@@ -63,7 +65,8 @@ def resolutions(scale: Scale) -> Found:
 
 def judge_resolutions(found: Found, limit: float, most: float, texels: list[int]) -> Judged:
     rows = list(found["rows"].values())
-    ns, same = [row["ns"] for row in rows], [row["texels"] for row in rows] == texels
+    ns = [row["ns"] for row in rows]
+    same = [row["texels"] for row in rows] == texels
     told = {"low": min(ns), "high": max(ns), "spread": max(ns) / min(ns), "counts": "the paper's" if same else "others"}
     return told["spread"] <= limit and same, told["spread"] <= most, told
 
@@ -75,7 +78,8 @@ RADII = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4)  # shares of the scene's size
 def over_radius(scale: Scale) -> Found:
     """Figure 5."""
     views = relief(*scale.size(2560, 1600))
-    buffers, runs = views.camera.turned("sao-hash"), {}
+    buffers = views.camera.turned("sao-hash")
+    runs = {}
     for name, parameters in SERIES.items():
         for share in RADII:
             with recorded([each for each in BASELINES if each.label == "SAO taps"]) as calls:

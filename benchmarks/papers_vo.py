@@ -87,7 +87,8 @@ def judge_times(found: Found, theirs: dict[str, float]) -> Judged:
 def thickness(scale: Scale) -> Found:
     """Figure 5: with the normal, as a flat surface has ao 0 then."""
     buffers, unit, _ = camera_buffers(*scale.size(512, 384))
-    radius, z = 0.03 * unit, linear_z(buffers)
+    radius = 0.03 * unit
+    z = linear_z(buffers)
     reach = int(buffers.view.lens[0] * radius / float(np.median(z[np.isfinite(z)])))
     nearest = ndimage.minimum_filter(z, 2 * reach + 1)
     beside = np.isfinite(z) & (nearest < z - 2 * radius)
@@ -164,7 +165,8 @@ def judge_lines_against_points(found: Found, limit: float) -> Judged:
     rows = found["rows"]
     lines, points = ([row for name, row in rows.items() if name.startswith(kind)] for kind in ("lines", "points"))
     beaten = [any(a["ms"] < b["ms"] and a["error"] < b["error"] for a in lines) for b in points]
-    five, twelve = rows["lines, 5"], rows["points, 12"]
+    five = rows["lines, 5"]
+    twelve = rows["points, 12"]
     fits = all(beaten), five["error"] <= limit * twelve["error"]
     told = {"five": five["error"], "five_ms": five["ms"], "twelve": twelve["error"], "twelve_ms": twelve["ms"]}
     return all(fits), any(fits), told | {"beaten": sum(beaten), "all": len(beaten)}
@@ -180,7 +182,8 @@ def flicker(scale: Scale, shown: Any = None) -> Found:
     size = scale.size(512, 384)
     seen = [camera_buffers(*size, move=move) for move in (0.0, 0.25, 0.5, 0.75, 1.0)]
     there = np.all([np.isfinite(b.depth) for b, _, _ in seen], axis=0)
-    rows, truth = {}, limit_of(size, 0.03)[-1]
+    rows = {}
+    truth = limit_of(size, 0.03)[-1]
     for name, n in SETS:
         made = [occlusion(f"vo-{name}", b, 0.03 * unit, n, randomize=False) for b, unit, _ in seen]
         if shown and name == "lines":
@@ -200,7 +203,8 @@ def judge_flicker(found: Found, limit: float, error: float) -> Judged:
 
 def two_radii(scale: Scale) -> Found:
     """Figure 8: the combination's estimator has the large radius, and the small one as its quarter."""
-    size, shares = scale.size(512, 384), {"small": 0.02, "large": 0.08}
+    size = scale.size(512, 384)
+    shares = {"small": 0.02, "large": 0.08}
     buffers, unit, _ = camera_buffers(*size)
     truths = {name: rays_of(size, share) for name, share in shares.items()}
     alone = shares | {"middle": 0.04}

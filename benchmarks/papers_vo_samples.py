@@ -75,7 +75,8 @@ def judge_good_counts(found: Found) -> Judged:
         {where: sum(row[where + word] < 1 for row in found["rows"].values()) for where in ("scene", "planes")}
         for word in ("", NEXT)
     )
-    pairs, number = {where: sum(holds) for where, holds in found["pairs"].items()}, len(found["rows"])
+    pairs = {where: sum(holds) for where, holds in found["pairs"].items()}
+    number = len(found["rows"])
     told = good | {"all": number, "pairs": pairs["scene"], "plane_pairs": pairs["planes"]}
     told |= {f"{where}_next": n for where, n in others.items()}
     whole = good["scene"] == number > others["scene"] and pairs["scene"] == 2
@@ -146,7 +147,8 @@ def generators(scale: Scale) -> Found:
 
 
 def judge_generators(found: Found, limit: float) -> Judged:
-    own, others = found["rows"]["repulsion"], {n: row for n, row in found["rows"].items() if n != "repulsion"}
+    own = found["rows"]["repulsion"]
+    others = {n: row for n, row in found["rows"].items() if n != "repulsion"}
     gains = {name: [row[n] / own[n] for n in own] for name, row in others.items()}
     told = {name: float(np.mean(gain)) for name, gain in gains.items()}
     told |= {"least": min(map(min, gains.values())), "poisson_least": min(gains["poisson"])}
@@ -164,7 +166,8 @@ TILES = (1, 2, 4, 8, 16, 64)
 def random_textures(scale: Scale) -> Found:
     """Section 4.5: error by the size of the random texture that turns the samples."""
     buffers, radius, there, truth = limit_of(scale.size(512, 384), 0.03)
-    sizes, rows = buffers.depth.shape, {}
+    sizes = buffers.depth.shape
+    rows = {}
     for n in TILES:
         errors: dict[str, Any] = {"raw": [], "blurred": []}
         for seed in range(8):

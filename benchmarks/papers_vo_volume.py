@@ -33,7 +33,8 @@ def floor_of(buffers: Any, far: float) -> Any:
 
 
 def rays(mesh: Any, buffers: Any, weighting: str, falloff: str, seed: int = 0) -> Any:
-    occluders, how = lfssao.Occluders(mesh), {"tolerance": 0.01, "rounds": (2, 8), "seed": seed}
+    occluders = lfssao.Occluders(mesh)
+    how = {"tolerance": 0.01, "rounds": (2, 8), "seed": seed}
     return lfssao.ray_cast_occlusion(occluders, buffers, RADIUS, weighting, falloff, **how).texture
 
 
@@ -43,7 +44,8 @@ def single_solid(scale: Scale) -> Found:
     rows = {}
     for name, (back, thick) in walls.items():
         mesh, buffers = boxes(scale, ((-2, back, 0), (2, 0, 2)))
-        floor, cast = floor_of(buffers, RADIUS), rays(mesh, buffers, "uniform", "cubic")
+        floor = floor_of(buffers, RADIUS)
+        cast = rays(mesh, buffers, "uniform", "cubic")
         volume = occlusion("vo-lines-normal", buffers, RADIUS, 64, thickness=thick)
         rows[name] = {"volume": volume[floor].mean(), "rays": cast[floor].mean(), "rmse": rms((volume - cast)[floor])}
     return {"rows": rows}
@@ -91,7 +93,8 @@ def quadratic(scale: Scale) -> Found:
     buffers, unit, _ = camera_buffers(*scale.size(512, 384))
     points, weights = samples("vo-points", 64)
     lighter = weights * (1 - (points**2).sum(axis=1))
-    there, rows = np.isfinite(buffers.depth), {}
+    there = np.isfinite(buffers.depth)
+    rows = {}
     constant = lfssao.estimate("vo-points", buffers, 0.03 * unit, points, weights).texture
     others = {"quadratic": (0.03, lighter), "constant, R / 4": (0.0075, weights)}
     for name, (share, own) in others.items():
@@ -126,7 +129,8 @@ def area_sample(scale: Scale, place: Any = lambda ao, _: ao) -> Found:
 
 
 def judge_area_sample(found: Found, limit: float, darker: float) -> Judged:
-    own, line = found["rows"]["1 area"], found["rows"]["1 line"]
+    own = found["rows"]["1 area"]
+    line = found["rows"]["1 line"]
     fits = own["correlation"] >= max(limit, line["correlation"]), own["creases"] >= darker * found["creases"]
     told = {"area": own["correlation"], "line": line["correlation"], "creases": own["creases"] / found["creases"]}
     return all(fits), any(fits), told
@@ -135,7 +139,8 @@ def judge_area_sample(found: Found, limit: float, darker: float) -> Judged:
 def top_level(scale: Scale) -> Found:
     """Section 4.2: the pyramid with and without a blur, at a large radius."""
     buffers, radius, there, truth = limit_of(scale.size(512, 384), 0.1)
-    inner, rows = ndimage.binary_erosion(there, iterations=2), {}
+    inner = ndimage.binary_erosion(there, iterations=2)
+    rows = {}
     for name, blurred in (("without blur", False), ("with blur", True)):
         made = lfssao.estimate("vo-area", buffers, radius, randomize=False, prefilter=blurred).texture.astype(float)
         rows[name] = {"rmse": rms((made - truth)[there]), "uneven": rms(ndimage.laplace(made)[inner])}
@@ -144,7 +149,8 @@ def top_level(scale: Scale) -> Found:
 
 
 def judge_top_level(found: Found, limit: float) -> Judged:
-    without, with_ = found["rows"]["without blur"], found["rows"]["with blur"]
+    without = found["rows"]["without blur"]
+    with_ = found["rows"]["with blur"]
     told = {"uneven": with_["uneven"] / without["uneven"], "error": with_["rmse"] / without["rmse"]}
     return told["uneven"] <= limit and told["error"] <= 1.1, told["uneven"] < 1, told
 
@@ -190,7 +196,8 @@ def other_sphere(_: Scale, found: Found) -> Found:
 
 def contact(scale: Scale) -> Found:
     """Section 6: the width of a wall's shadow, and the shadow of a thin bar, by volume and by rays."""
-    wall, thin = boxes(scale, ((-2, -1, 0), (2, 0, 2))), boxes(scale, ((-2, -0.02, 0.1), (2, 0, 0.12)))
+    wall = boxes(scale, ((-2, -1, 0), (2, 0, 2)))
+    thin = boxes(scale, ((-2, -0.02, 0.1), (2, 0, 0.12)))
     rows: dict[str, Any] = {}
     for name in ("volume", "rays", "rays again"):
         if name == "volume":
@@ -198,7 +205,8 @@ def contact(scale: Scale) -> Found:
         else:
             made = [rays(*scene, "cosine", "constant", len(rows)) for scene in (wall, thin)]
         edges = np.linspace(0, RADIUS, 26)
-        y, floor = wall[1].positions[..., 1], floor_of(wall[1], RADIUS)
+        y = wall[1].positions[..., 1]
+        floor = floor_of(wall[1], RADIUS)
         profile = np.array([made[0][floor & (y >= a) & (y < b)].mean() for a, b in pairwise(edges)])
         half = np.interp(-0.25, -profile, (edges[1:] + edges[:-1]) / 2) / RADIUS
         near = floor_of(thin[1], RADIUS)
@@ -207,7 +215,8 @@ def contact(scale: Scale) -> Found:
 
 
 def judge_contact(found: Found, limit: float) -> Judged:
-    volume, cast = found["rows"]["volume"], found["rows"]["rays"]
+    volume = found["rows"]["volume"]
+    cast = found["rows"]["rays"]
     ratio = {key: volume[key] / cast[key] for key in ("half", "thin")}
     apart = [abs(ratio[key] - 1) > limit for key in ratio]
     return all(apart), any(apart), {"half": volume["half"], "rays": cast["half"], "thin": ratio["thin"]}

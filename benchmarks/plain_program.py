@@ -25,7 +25,8 @@ class Plain:
     def textures(self, view) -> dict:
         """Channels and pixels of each part of a module's file."""
         m_x, m_z, y_o, z_o, u_scale, u_0, v_scale, v_0 = view.lens
-        to_physical, to_world = self.to_physical, view.world_from_cast
+        to_physical = self.to_physical
+        to_world = view.world_from_cast
         # Rays: through the screen point of each texel's centre, the module's line and the observers' line.
         s_x, s_y = np.meshgrid(
             (np.arange(view.width) + 0.5 - u_0) / u_scale, (np.arange(view.height) + 0.5 - v_0) / v_scale
@@ -45,7 +46,8 @@ class Plain:
                 x, y, z = ((surface + offset) @ to_physical[:3, :3].T + to_physical[:3, 3]).T
                 u = u_0 + u_scale * (m_x + (x - m_x) * m_z / (m_z - z))
                 v = v_0 + v_scale * (y_o + (y - y_o) * z_o / (z_o - z))
-                i, j = np.floor(u).astype(int), np.floor(v).astype(int)
+                i = np.floor(u).astype(int)
+                j = np.floor(v).astype(int)
                 inside = (i >= 0) & (i < view.width) & (j >= 0) & (j < view.height)
                 there = np.clip(j, 0, view.height - 1) * view.width + np.clip(i, 0, view.width - 1)
                 occluded += inside & (depth[there] < z)

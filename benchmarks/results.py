@@ -46,7 +46,8 @@ def fronts_only(result: dict[str, Any]) -> dict[str, Any]:
 
 def measure(name: str, scale: papers_common.Scale) -> dict[str, Any]:
     """A claim's numbers, its control's, and when and where they were measured."""
-    start, machine = time.process_time(), describe_machine(1)
+    start = time.process_time()
+    machine = describe_machine(1)
     measured = CLAIMS[name].measure(scale)
     return {
         "measured": measured, "control": control(name, scale, measured),
@@ -70,7 +71,8 @@ def main() -> None:
     options = parser.parse_args()
     folder = Path("results-quick") if options.quick else papers_common.RESULTS
     folder.mkdir(exist_ok=True)
-    path, target = folder / "papers.json", folder / "RESULTS.md" if options.quick else PAGE
+    path = folder / "papers.json"
+    target = folder / "RESULTS.md" if options.quick else PAGE
     result = json.loads(path.read_text()) if path.exists() else {}
     names = [] if options.page else [name for name in CLAIMS if options.only in name]
     if options.controls:

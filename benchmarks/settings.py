@@ -15,7 +15,8 @@ from lfssao.optics.view import View
 from lfssao.rendering.settings import diagonal
 from lfssao.samples import repulsion_table
 
-WIDTH, HEIGHT = 1024, 768
+WIDTH = 1024
+HEIGHT = 768
 SMALL = 256, 192  # what a pass reads and writes fits a core's own cache of 2 MB
 RADIUS, SAO_RADIUS = 0.02, 0.05  # shares of the scene's size
 
@@ -71,9 +72,11 @@ def relief(width: int = WIDTH, height: int = HEIGHT) -> Views:
 
 
 def _module_sheet(view: View) -> Buffers:
-    width, height = view.width, view.height
+    width = view.width
+    height = view.height
     j, i = np.mgrid[0:height, 0:width]
-    x, y = (i + 0.5 - width / 2) / width, (height / 2 - j - 0.5) / width
+    x = (i + 0.5 - width / 2) / width
+    y = (height / 2 - j - 0.5) / width
     z = 0.05 * np.sin(40 * x) * np.sin(30 * y)
     # The point of each texel's ray at depth -z: the flat forms with m = (0, 0, 0.7), observers at -2.
     positions = np.stack([x * (0.7 + z) / 0.7, y * (2.0 - z) / 2.0, z], axis=-1).astype(np.float32)

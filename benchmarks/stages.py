@@ -133,7 +133,8 @@ def _converted(a: Any) -> Any:
 
 def differing(calls: Sequence[Call], library: ctypes.CDLL) -> list[str]:
     """Baselines whose outputs differ in a bit from the kernels'."""
-    one, other = Arrays(calls), Arrays(calls)
+    one = Arrays(calls)
+    other = Arrays(calls)
     ours(calls, one)()
     in_c(calls, other, library)()
     same = {key: one.copies[key].tobytes() == other.copies[key].tobytes() for key in one.copies}
@@ -169,7 +170,8 @@ def copying(size: int, library: ctypes.CDLL) -> Run:
 
 
 # How long a run is timed in each turn, milliseconds, and how many calls of it at most.
-_LEAST_MS, _MOST_CALLS = 2.0, 20
+_LEAST_MS = 2.0
+_MOST_CALLS = 20
 
 
 def interleaved(runs: dict[str, Run], repeats: int, clock: Callable[[], float]) -> dict[str, np.ndarray]:
@@ -183,7 +185,8 @@ def interleaved(runs: dict[str, Run], repeats: int, clock: Callable[[], float]) 
         name: int(min(max(_LEAST_MS / _milliseconds(run, 1, clock), 1), _MOST_CALLS)) for name, run in runs.items()
     }
     times: dict[str, list[float]] = {name: [] for name in runs}
-    names, orders = list(runs), balanced_orders(len(runs))
+    names = list(runs)
+    orders = balanced_orders(len(runs))
     for turn in range(repeats):
         for name in (names[place] for place in orders[turn % len(orders)]):
             times[name].append(_milliseconds(runs[name], calls[name], clock))

@@ -48,7 +48,8 @@ def turns(
 
     first = {name: milliseconds(run) for name, run in variants.items()}
     warm = {name: np.empty(repeats) for name in variants}
-    names, orders = list(variants), balanced_orders(len(variants))
+    names = list(variants)
+    orders = balanced_orders(len(variants))
     for turn in range(repeats):
         for place in orders[turn % len(orders)]:
             warm[names[place]][turn] = milliseconds(variants[names[place]])

@@ -55,7 +55,8 @@ def _shell() -> tuple[FloatArray, FloatArray]:
     outer = _outer_radii(number)
     turn = np.array([sincospi(2.0 * (n / STEPS_PER_TURN) - 0.25) for n in number.tolist()])
     curve = np.array([sincospi(2.0 * k / STEPS) for k in range(STEPS)])  # sine: along the axis, cosine: outwards
-    axial, outward = curve[None, :, 0], curve[None, :, 1]
+    axial = curve[None, :, 0]
+    outward = curve[None, :, 1]
 
     # Ribs lean forwards from the umbilicus to the venter, and fade on the side that the next whorl covers.
     phase = number[:, None] / STEPS_PER_RIB - 0.55 * outward * outward * outward
@@ -69,7 +70,8 @@ def _shell() -> tuple[FloatArray, FloatArray]:
     radius = (outer * (1.0 - inner) / 2.0)[:, None]
     from_axis = middle + radius * swell * outward
     along_axis = SHAPE * radius * swell * axial + TRANSLATION * middle
-    sine, cosine = turn[:, 0:1], turn[:, 1:2]
+    sine = turn[:, 0:1]
+    cosine = turn[:, 1:2]
     grid = np.stack([cosine * from_axis, sine * from_axis, np.broadcast_to(along_axis, from_axis.shape)], axis=2)
     ends = np.stack([_middle_of(grid[0]), _middle_of(grid[-1])])
     vertices = np.concatenate([grid.reshape(-1, 3), ends])
@@ -115,10 +117,15 @@ def _tube_faces() -> NDArray[np.int32]:
     ring = np.arange(RINGS - 1)[:, None] * STEPS
     step = np.arange(STEPS)[None, :]
     following = (step + 1) % STEPS
-    a, b = (ring + step).ravel(), (ring + following).ravel()
-    c, d = b + STEPS, a + STEPS
-    first, last = RINGS * STEPS, RINGS * STEPS + 1
-    s, n, end = step.ravel(), following.ravel(), (RINGS - 1) * STEPS
+    a = (ring + step).ravel()
+    b = (ring + following).ravel()
+    c = b + STEPS
+    d = a + STEPS
+    first = RINGS * STEPS
+    last = RINGS * STEPS + 1
+    s = step.ravel()
+    n = following.ravel()
+    end = (RINGS - 1) * STEPS
     faces = [
         np.stack([a, c, b], axis=1),
         np.stack([a, d, c], axis=1),

@@ -166,7 +166,8 @@ def _tail() -> list[Part]:
     radii = (0.19, 0.135, 0.10, 0.065, 0.02)
     parts = []
     for k in range(4):
-        start, end = bends[k], bends[k + 1]
+        start = bends[k]
+        end = bends[k + 1]
         along = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
         piece = capsule(start, end, radii[k], radii[k + 1])
         parts.append(piece.with_relief(_rings(along, 0.055, 0.013), 0.015).joined(0.03))
@@ -199,7 +200,8 @@ def _head() -> list[Part]:
 
 
 def _half_face(side: float) -> list[Part]:
-    root, middle = _in_head(side * 0.10, 0.12, -0.03), _in_head(side * 0.17, 0.31, -0.06)
+    root = _in_head(side * 0.10, 0.12, -0.03)
+    middle = _in_head(side * 0.17, 0.31, -0.06)
     blade = frame((0.3 * side + _HEAD[2][0], 0.0, _HEAD[2][2]), (0.18 * side, 1.0, -0.1))
     hollow = tuple(m + 0.042 * f for m, f in zip(middle, blade[2], strict=True))
     eye = _in_head(side * 0.104, 0.03, 0.140)

@@ -15,7 +15,8 @@ Piece = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float32]]
 def vertex_normals(vertices: Array, faces: Array) -> Array:
     """Return unit normals at the vertices, means of the faces' weighted with their areas, (V, 3) float64."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
-    p, q = b - a, c - a
+    p = b - a
+    q = c - a
     sums = []
     for i, j in ((1, 2), (2, 0), (0, 1)):
         across = p[:, i] * q[:, j] - p[:, j] * q[:, i]

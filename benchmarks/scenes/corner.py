@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 from lfssao.scene.mesh import Mesh
 
-_PLASTER, _WOOD, _STEEL = (0.62, 0.60, 0.57), (0.55, 0.40, 0.26), (0.45, 0.50, 0.56)
+_PLASTER = (0.62, 0.60, 0.57)
+_WOOD = (0.55, 0.40, 0.26)
+_STEEL = (0.45, 0.50, 0.56)
 _SIDES = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
 _BLADES = 24
 
@@ -36,7 +38,8 @@ def _about_y(sine: float, cosine: float) -> NDArray[np.float64]:
 
 def _painted(corners: NDArray[np.float64], albedo: Triple) -> Piece:
     """Triangles, (F, 3, 3), whose corners are vertices of their own."""
-    vertices, faces = corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
+    vertices = corners.reshape(-1, 3)
+    faces = np.arange(3 * len(corners)).reshape(-1, 3)
     return vertices, faces, sky_lit(np.array(albedo), vertex_normals(vertices, faces))
 
 
@@ -52,7 +55,9 @@ def _box(middle: Triple, half: Triple, turn: NDArray[np.float64], albedo: Triple
 def _blades() -> Piece:
     """Slivers: upright triangles 0.006 wide and up to 0.9 high, in a row that runs away from the viewer."""
     k = np.arange(_BLADES) / (_BLADES - 1.0)
-    x, z, y = 1.15 - 1.1 * k * k, 1.4 - 2.2 * k, 0.3 + 0.6 * k
+    x = 1.15 - 1.1 * k * k
+    z = 1.4 - 2.2 * k
+    y = 0.3 + 0.6 * k
     foot = np.zeros(_BLADES)
     triangles = [[x - 0.003, foot, z], [x + 0.003, foot, z], [x + 0.05, y, z]]
     return _painted(np.moveaxis(np.array(triangles), -1, 0), _STEEL)

@@ -30,14 +30,17 @@ def boxes() -> Mesh:
 
 def _slab(low: Triple, high: Triple, albedo: Triple) -> Piece:
     """Box from low to high, each side with vertices of its own, so that it has a colour of its own."""
-    vertices, normals = [], []
+    vertices = []
+    normals = []
     for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
+        i = (k + 1) % 3
+        j = (k + 2) % 3
         for outward, end in ((-1.0, low), (1.0, high)):
             # Counter-clockwise from outside: i to j is counter-clockwise about +k.
             first, second = (low, high) if outward > 0.0 else (high, low)
             for a, b in ((first[i], low[j]), (second[i], low[j]), (second[i], high[j]), (first[i], high[j])):
-                corner, normal = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+                corner = [0.0, 0.0, 0.0]
+                normal = [0.0, 0.0, 0.0]
                 corner[i], corner[j], corner[k] = a, b, end[k]
                 normal[k] = outward
                 vertices.append(corner)

@@ -54,7 +54,8 @@ class Part:
 
     def mirrored(self) -> "Part":
         """Return this part reflected in the plane x = 0."""
-        low, high = (-self.high[0], *self.low[1:]), (-self.low[0], *self.high[1:])
+        low = (-self.high[0], *self.low[1:])
+        high = (-self.low[0], *self.high[1:])
         return replace(self, distance=lambda x, y, z: self.distance(-x, y, z), low=low, high=high)
 
     def with_relief(self, relief: Distance, reach: float) -> "Part":
@@ -92,7 +93,9 @@ def ellipsoid(centre: Triple, radii: Triple, axes: tuple[Triple, Triple, Triple]
 
     def distance(x: Array, y: Array, z: Array) -> Array:
         u, v, w = _in_frame(axes, x - cx, y - cy, z - cz)
-        u, v, w = u / a, v / b, w / c
+        u = u / a
+        v = v / b
+        w = w / c
         scaled = _length(u, v, w)
         slope = _length(u / a, v / b, w / c)
         return scaled * (scaled - 1.0) / np.maximum(slope, 1e-6)
@@ -107,7 +110,9 @@ def capsule(start: Triple, end: Triple, start_radius: float, end_radius: float) 
     scale = 1.0 / (dx * dx + dy * dy + dz * dz)
 
     def distance(x: Array, y: Array, z: Array) -> Array:
-        x, y, z = x - ax, y - ay, z - az
+        x = x - ax
+        y = y - ay
+        z = z - az
         along = x * (dx * scale) + y * (dy * scale) + z * (dz * scale)
         along = np.minimum(np.maximum(along, 0.0), 1.0)
         radius = start_radius + along * (end_radius - start_radius)
@@ -122,7 +127,9 @@ def torus(centre: Triple, normal: Triple, ring: float, tube: float) -> Part:
     nx, ny, nz = _unit(normal)
 
     def distance(x: Array, y: Array, z: Array) -> Array:
-        x, y, z = x - cx, y - cy, z - cz
+        x = x - cx
+        y = y - cy
+        z = z - cz
         height = x * nx + y * ny + z * nz
         # Rounding can make the square of the distance from the axis a little negative.
         flat = np.sqrt(np.maximum(x * x + y * y + z * z - height * height, 0.0)) - ring
@@ -137,7 +144,9 @@ def box(centre: Triple, half: Triple, rounding: float = 0.0) -> Part:
     hx, hy, hz = (h - rounding for h in half)
 
     def distance(x: Array, y: Array, z: Array) -> Array:
-        x, y, z = np.abs(x - cx) - hx, np.abs(y - cy) - hy, np.abs(z - cz) - hz
+        x = np.abs(x - cx) - hx
+        y = np.abs(y - cy) - hy
+        z = np.abs(z - cz) - hz
         outside = _length(np.maximum(x, 0.0), np.maximum(y, 0.0), np.maximum(z, 0.0))
         return outside + np.minimum(np.maximum(np.maximum(x, y), z), 0.0) - rounding
 

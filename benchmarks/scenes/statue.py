@@ -73,17 +73,20 @@ def _net_rays() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     # Columns are 2.5 times as dense in front as on average.
     sides = np.array([sincospi(2.0 * u * (0.40 + 2.4 * u * u)) for u in columns])
     sag = np.maximum(sides[:, 1], 0.0) * np.maximum(sides[:, 1], 0.0)
-    starts, directions = [], []
+    starts = []
+    directions = []
     for height, elevation, drop in _rows():
         tilt = np.array([sincospi((elevation - drop * s) / 180.0) for s in sag.tolist()])
         starts.append(np.broadcast_to(np.array([0.0, height, 0.0]), (COLUMNS, 3)))
-        across, forward = sides[:, 0] * tilt[:, 1], sides[:, 1] * tilt[:, 1]
+        across = sides[:, 0] * tilt[:, 1]
+        forward = sides[:, 1] * tilt[:, 1]
         directions.append(np.stack([across, tilt[:, 0], forward], axis=1))
     rows = np.repeat(np.arange(len(starts), dtype=np.float64), COLUMNS)
     front = np.tile(sides[:, 1], len(starts))
     starts.append(np.array(_ENDS))
     directions.append(np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]))
-    rows, front = np.concatenate([rows, [-1.0, -1.0]]), np.concatenate([front, [0.0, 0.0]])
+    rows = np.concatenate([rows, [-1.0, -1.0]])
+    front = np.concatenate([front, [0.0, 0.0]])
     return rows, front, np.concatenate(starts), np.concatenate(directions)
 
 
@@ -108,7 +111,8 @@ def _way_out(parts: Sequence[Part], starts: FloatArray, directions: FloatArray) 
     for _ in range(15):
         middle = (low + high) / 2.0
         beyond = field_at(parts, *(starts + middle[:, None] * directions).T) > 0.0
-        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+        low = np.where(beyond, low, middle)
+        high = np.where(beyond, middle, high)
     return high
 
 
@@ -128,14 +132,19 @@ def _net_faces(vertices: FloatArray) -> NDArray[np.int64]:
     k = np.arange(COLUMNS)
     following = (k + 1) % COLUMNS
     first = np.arange(rows - 1)[:, None] * COLUMNS
-    a, b = (first + k).ravel(), (first + following).ravel()
-    c, d = b + COLUMNS, a + COLUMNS
-    across, along = vertices[c] - vertices[a], vertices[d] - vertices[b]
+    a = (first + k).ravel()
+    b = (first + following).ravel()
+    c = b + COLUMNS
+    d = a + COLUMNS
+    across = vertices[c] - vertices[a]
+    along = vertices[d] - vertices[b]
     ac = across[:, 0] * across[:, 0] + across[:, 1] * across[:, 1] + across[:, 2] * across[:, 2]
     bd = along[:, 0] * along[:, 0] + along[:, 1] * along[:, 1] + along[:, 2] * along[:, 2]
     one = np.where((ac < bd)[:, None], np.stack([a, d, c], axis=1), np.stack([a, d, b], axis=1))
     two = np.where((ac < bd)[:, None], np.stack([a, c, b], axis=1), np.stack([b, d, c], axis=1))
-    top, foot, last = rows * COLUMNS, rows * COLUMNS + 1, (rows - 1) * COLUMNS
+    top = rows * COLUMNS
+    foot = rows * COLUMNS + 1
+    last = (rows - 1) * COLUMNS
     crown = np.stack([k, following, np.full(COLUMNS, top)], axis=1)
     base = np.stack([last + following, last + k, np.full(COLUMNS, foot)], axis=1)
     return np.concatenate([one, two, crown, base])
@@ -202,7 +211,8 @@ def _turned_socle() -> Piece:
     """Surface of revolution of _PROFILE, closed by fans: vertices, faces, colours."""
     around = np.array([sincospi(2.0 * k / _SEGMENTS) for k in range(_SEGMENTS)])
     radius, height = np.array(_PROFILE).T
-    x, z = radius[:, None] * around[:, 0], radius[:, None] * around[:, 1]
+    x = radius[:, None] * around[:, 0]
+    z = radius[:, None] * around[:, 1]
     rings = np.stack([x, np.broadcast_to(height[:, None], x.shape), z], axis=2).reshape(-1, 3)
     vertices = np.concatenate([rings, [[0.0, height[0], 0.0], [0.0, height[-1], 0.0]]])
 
@@ -210,7 +220,8 @@ def _turned_socle() -> Piece:
     following = (k + 1) % _SEGMENTS
     faces = []
     for ring in range(len(radius) - 1):
-        a, b = ring * _SEGMENTS + k, ring * _SEGMENTS + following
+        a = ring * _SEGMENTS + k
+        b = ring * _SEGMENTS + following
         faces += [
             np.stack([a, b, b + _SEGMENTS], axis=1),
             np.stack([a, b + _SEGMENTS, a + _SEGMENTS], axis=1),

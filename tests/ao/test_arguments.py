@@ -8,10 +8,14 @@ import lfssao
 from lfssao import Buffers, GBuffer
 
 VIEW = lfssao.Camera("orthographic", (0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 2.0, 1.0, 9.0).view(4, 3)
-DEPTH, PLACES = np.full((3, 4), 0.5, np.float32), np.zeros((3, 4, 3), np.float32)
-UP, TURNS = np.zeros((3, 4, 3), np.float32) + np.float32([0, 0, 1]), np.ones((2, 3, 4), np.float32)
-BALL, DISK = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, -0.5]]), np.array([[0.5, 0.0], [0.0, 0.5]])
-EYE, MAPPING = np.eye(4), VIEW.world_to_image
+DEPTH = np.full((3, 4), 0.5, np.float32)
+PLACES = np.zeros((3, 4, 3), np.float32)
+UP = np.zeros((3, 4, 3), np.float32) + np.float32([0, 0, 1])
+TURNS = np.ones((2, 3, 4), np.float32)
+BALL = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, -0.5]])
+DISK = np.array([[0.5, 0.0], [0.0, 0.5]])
+EYE = np.eye(4)
+MAPPING = VIEW.world_to_image
 OCCLUDERS = lfssao.Occluders("corner")
 FINE = {"depth": DEPTH, "positions": PLACES, "normals": UP, "turns": TURNS}
 

@@ -64,7 +64,8 @@ def wall(a, weighting):
 def test_exact_answers_are_means_of_open_directions(weighting):
     """By directions all over the hemisphere, of heights and azimuths at equal distances."""
     z, turn = np.meshgrid((np.arange(1500) + 0.5) / 1500, (np.arange(1500) + 0.5) * 2 * pi / 1500)
-    x, weight = np.sqrt(1 - z * z) * np.cos(turn), z if weighting == "cosine" else np.ones_like(z)
+    x = np.sqrt(1 - z * z) * np.cos(turn)
+    weight = z if weighting == "cosine" else np.ones_like(z)
     for c in (0.0, 0.3, 0.8):
         shown = weight * (x < c)
         assert -np.sum(shown * x) / np.sum(shown * z) == pytest.approx(crease(c, weighting), rel=2e-3)
@@ -116,11 +117,13 @@ def test_a_pit_has_the_normal_and_a_sphere_bends_alike_on_both_sides():
     made = bent_normals("gtao", seen, 0.3, slices=8, randomize=False)
     mirrored = made[:, ::-1] * [-1, 1, 1]
     assert np.median(np.abs(made - mirrored)) < 1e-12
-    x, y = seen.positions[..., 0], seen.positions[..., 1]
+    x = seen.positions[..., 0]
+    y = seen.positions[..., 1]
     floor = (np.hypot(x, y) > scenes.BALL) & (np.hypot(x, y) < 0.25)
     outward = (made[..., 0] * x + made[..., 1] * y)[floor]
     assert (outward > 0).mean() > 0.99
-    top, radius = seen.positions[24, 32], 0.05
+    top = seen.positions[24, 32]
+    radius = 0.05
     assert degrees(bent_normals("gtao", seen, radius, slices=8)[24, 32], seen.normals[24, 32]) < 1
     assert top[2] > 0.24
 
@@ -130,7 +133,8 @@ def test_a_pit_has_the_normal_and_a_sphere_bends_alike_on_both_sides():
 
 def described(name, seen, radius, options):
     """A view as the reference takes it."""
-    view, mapping = seen.view, seen.view.world_to_image
+    view = seen.view
+    mapping = seen.view.world_to_image
     parameters = {
         "estimator": name, "radius": radius, "options": {**ESTIMATORS[name].parameters, **options},
         "mapping": {"kind": KINDS[mapping.kind], "numbers": mapping.numbers.tolist()},
@@ -142,25 +146,30 @@ def described(name, seen, radius, options):
 
 def integral(t, n, weighting):
     """Integrals from 0 to t, of either sign, of W |sin t| (sin t, cos t), by angles."""
-    side, h = np.sign(t), abs(t)
+    side = np.sign(t)
+    h = abs(t)
     if weighting == "uniform":
         return (h - sin(h) * cos(h)) / 2, side * sin(h) ** 2 / 2
-    odd, even = sin(h) ** 3 / 3, (8 - 9 * cos(h) + cos(3 * h)) / 12
+    odd = sin(h) ** 3 / 3
+    even = (8 - 9 * cos(h) + cos(3 * h)) / 12
     return cos(n) * odd + side * sin(n) * even, side * cos(n) * (1 - cos(h) ** 3) / 3 + sin(n) * odd
 
 
 def marched(seen, radius, **options):
     """Bent normals of gtao by angles, each slice from one horizon to the other."""
     slices = Slices(*described("gtao", seen, radius, options))
-    falloff, cosine = slices.options["falloff"], slices.options["weighting"]
+    falloff = slices.options["falloff"]
+    cosine = slices.options["weighting"]
     made = np.zeros((*seen.depth.shape, 3))
     for j, i in np.argwhere(seen.depth < np.inf).tolist():
         frame = Frame(slices.scene, j, i, slices.r)
         e, f, towards = map(float, slices.normal(frame, j, i))
         for k in range(0, len(slices.sides), 2):
             x, y = map(float, slices.sides[k])
-            n, length = np.arctan2(x * e + y * f, towards), np.hypot(x * e + y * f, towards)
-            along, ends = x * frame.e.astype(float) + y * frame.f.astype(float), []
+            n = np.arctan2(x * e + y * f, towards)
+            length = np.hypot(x * e + y * f, towards)
+            along = x * frame.e.astype(float) + y * frame.f.astype(float)
+            ends = []
             for side, way in zip((1, -1), slices.sides[k : k + 2], strict=True):
                 h = pi / 2 + side * n
                 for texel in (each for each in slices.seen(frame, way, j, i)[0] if seen.depth[each] < np.inf):
@@ -168,7 +177,8 @@ def marched(seen, radius, **options):
                     size = np.linalg.norm(d)
                     angle = acos(np.clip(-d @ frame.w / size, -1, 1))
                     if falloff:
-                        low, part = cos(pi / 2 + side * n), min((1 - size / radius) / falloff, 1)
+                        low = cos(pi / 2 + side * n)
+                        part = min((1 - size / radius) / falloff, 1)
                         angle = acos(np.clip(low + part * (cos(angle) - low), -1, 1))
                     h = min(h, angle) if size < radius else h
                 ends.append(integral(side * h, n, cosine))
@@ -185,11 +195,14 @@ OPTIONS = {"default": {}, "uniform": {"weighting": "uniform", "slices": 3},
 @pytest.mark.parametrize("sight", scenes.SIGHTS)
 @pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
 def test_every_texel_has_the_bent_normal_of_a_march_by_angles(sight, options):
-    rng, bends, moves = np.random.default_rng(2), [], []
+    rng = np.random.default_rng(2)
+    bends = []
+    moves = []
     for surface in ("sphere on a plane", "concave crease"):
         hole = rng.random((12, 16)) < 0.1
         seen = scenes.buffers(surface, scenes.SIGHTS[sight](16, 12), np.float32, hole).turned("hash")
-        made, exact = bent_normals("gtao", seen, 0.2, **options), marched(seen, 0.2, **options)
+        made = bent_normals("gtao", seen, 0.2, **options)
+        exact = marched(seen, 0.2, **options)
         assert np.abs(made - exact).max() < 1e-5
         assert not made[hole].any()
         bends.append(degrees(exact, seen.normals)[~hole].max())
@@ -279,7 +292,8 @@ def test_rays_add_their_open_parts_in_a_written_order(weighting, falloff):
         origin, axes = truth.begin(seen.positions[j, i], seen.normals[j, i], 1e-3 * 0.3)
         total = np.zeros(3)
         for number in range(3):
-            ways, of_round = truth.directions_of(3 * int(j) + int(i), number, 3, 7, weighting, axes), np.zeros(3)
+            ways = truth.directions_of(3 * int(j) + int(i), number, 3, 7, weighting, axes)
+            of_round = np.zeros(3)
             for t, way in zip(truth.distances(origin, ways, 0.3, mesh.vertices[mesh.faces]), ways, strict=True):
                 of_round = of_round + (1.0 - truth.covered(t, 0.3, falloff)) * way
             total = total + of_round

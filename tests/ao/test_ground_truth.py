@@ -22,7 +22,8 @@ from lfssao.viz.truth import half_space
 
 BELOW = 1e-6  # of R: how far off the surface rays begin where positions are float64
 # The same for exact answers, of R and of the mesh's diagonal where R is infinite: Embree's coordinates are float32.
-CLOSE, CLOSE_WITHOUT_END = {"tree": BELOW, "embree": 1e-4}, {"tree": 1e-9, "embree": 1e-6}
+CLOSE = {"tree": BELOW, "embree": 1e-4}
+CLOSE_WITHOUT_END = {"tree": 1e-9, "embree": 1e-6}
 THROUGH = pytest.mark.parametrize("through", ["tree", pytest.param("embree", marks=NEEDS_EMBREE)])
 
 
@@ -47,12 +48,16 @@ def test_ray_cast_occlusion_equals_brute_force(data):
     hole = np.array(data.draw(st.lists(st.booleans(), min_size=6, max_size=6))).reshape(2, 3)
     seen = scenes.buffers(data.draw(st.sampled_from(["concave crease", "facing plane"])), sight, dtype, hole)
     mesh = data.draw(meshes())
-    weighting, falloff = data.draw(st.sampled_from(WEIGHTINGS)), data.draw(st.sampled_from(FALLOFFS))
+    weighting = data.draw(st.sampled_from(WEIGHTINGS))
+    falloff = data.draw(st.sampled_from(FALLOFFS))
     radius = data.draw(st.sampled_from([0.3, 1e-3, 5.0]))
-    strata, seed = data.draw(st.integers(1, 4)), data.draw(st.integers(0, 2**64 - 1))
+    strata = data.draw(st.integers(1, 4))
+    seed = data.draw(st.integers(0, 2**64 - 1))
     options = {"tolerance": 0.05, "rounds": (2, 5), "strata": strata, "offset": 1e-3, "seed": seed}
     made = ray_cast_occlusion(Occluders(mesh), seen, radius, weighting, falloff, **options)
-    occlusion, error, rays = np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 3), np.int64)
+    occlusion = np.zeros((2, 3))
+    error = np.zeros((2, 3))
+    rays = np.zeros((2, 3), np.int64)
     for j, i in np.argwhere(seen.depth < np.inf):
         occlusion[j, i], error[j, i], rays[j, i] = truth.texel(
             3 * int(j) + int(i), seen.positions[j, i], seen.normals[j, i], mesh.vertices[mesh.faces], radius,
@@ -112,7 +117,8 @@ def assert_near(made, texels, exact, bound):
 @THROUGH
 def test_what_no_ray_meets_is_open(through, surface, sight):
     seen = scenes.buffers(surface, scenes.SIGHTS[sight](8, 6))
-    occluders, close = Occluders(scenes.SURFACES[surface].mesh()), CLOSE_WITHOUT_END[through]
+    occluders = Occluders(scenes.SURFACES[surface].mesh())
+    close = CLOSE_WITHOUT_END[through]
     made = ray_cast_occlusion(occluders, seen, np.inf, offset=close, intersector=through)
     assert not made.texture.any()
     assert not made.error.any()

@@ -53,10 +53,12 @@ def test_merge_equals_the_reference(dtype, data):
 @both
 @given(data=st.data())
 def test_blur_equals_the_reference(dtype, data):
-    source, sigma = data.draw(textures(dtype)), data.draw(sigmas)
+    source = data.draw(textures(dtype))
+    sigma = data.draw(sigmas)
     weights = post.blur_weights(sigma, dtype)
     assert_same_bits(weights, reference.blur_table(sigma, dtype))
-    half, whole = np.full_like(source, 9), np.full_like(source, 9)
+    half = np.full_like(source, 9)
+    whole = np.full_like(source, 9)
     post_kernels.blur_horizontal(source, weights, half)
     assert_same_bits(half, reference.blur_rows(source, weights))
     post_kernels.blur_vertical(half, weights, whole)
@@ -68,7 +70,8 @@ def test_blur_equals_the_reference(dtype, data):
 @given(data=st.data())
 def test_blurred_occlusion_stays_from_zero_to_one(dtype, data):
     """A covered region is 1 to the last bit, at every sigma; shading makes nothing negative of a colour that is not."""
-    sigma, seed = data.draw(wide), data.draw(st.integers(0, 2**32))
+    sigma = data.draw(wide)
+    seed = data.draw(st.integers(0, 2**32))
     rng = np.random.default_rng(seed)
     source = np.minimum(rng.random((6, 9)) * data.draw(st.sampled_from([1, 1.01, 2, 50])), 1).astype(dtype)
     source[source > 0.99] = np.nextafter(dtype(1), dtype(0)) if data.draw(st.booleans()) else 1
@@ -94,7 +97,8 @@ def test_blur_without_sigma_copies(dtype):
 @given(data=st.data())
 def test_shade_equals_the_reference(dtype, data):
     shape = data.draw(shapes)
-    rgb, occlusion = data.draw(textures(dtype, (*shape, 3))), data.draw(textures(dtype, shape))
+    rgb = data.draw(textures(dtype, (*shape, 3)))
+    occlusion = data.draw(textures(dtype, shape))
     shaded = np.full_like(rgb, 9)
     if np.abs(rgb).max() > 2 and np.abs(occlusion).max() > 2:
         rgb = np.clip(rgb, -1, 1)  # the product of two huge numbers is no colour
@@ -108,7 +112,8 @@ def test_shade_equals_the_reference(dtype, data):
 def test_shading_without_colour_shades_a_white_image(dtype, data):
     shape = data.draw(shapes)
     seen = data.draw(st.integers(0, 2**32).map(lambda seed: np.random.default_rng(seed).random(shape) < 0.7))
-    depth, occlusion = np.where(seen, dtype(0.5), dtype(np.inf)), data.draw(textures(dtype, shape))
+    depth = np.where(seen, dtype(0.5), dtype(np.inf))
+    occlusion = data.draw(textures(dtype, shape))
     white = np.repeat(seen[..., None], 3, axis=2).astype(dtype)
     assert_same_bits(post.shade_white(depth, occlusion), reference.shade(white, occlusion))
 
@@ -121,7 +126,8 @@ vectors = st.tuples(*[st.floats(-3, 3)] * 3).filter(lambda v: max(map(abs, v)) >
 def test_a_light_equals_the_reference(dtype, data, direction, ambient):
     """Some normals are 0 or no unit vectors. All ambient light, whatever its AO is on, is no light at all."""
     shape = data.draw(shapes)
-    rgb, occlusion = np.clip(data.draw(textures(dtype, (*shape, 3))), -2, 2), data.draw(textures(dtype, shape))
+    rgb = np.clip(data.draw(textures(dtype, (*shape, 3))), -2, 2)
+    occlusion = data.draw(textures(dtype, shape))
     occlusion = np.clip(occlusion, -2, 2)
     normals = np.clip(data.draw(textures(dtype, (*shape, 3))) * 2 - 1, -2, 2).astype(dtype)
     for place in ("ambient", "all"):
@@ -135,7 +141,8 @@ def test_a_light_equals_the_reference(dtype, data, direction, ambient):
 
 @both
 def test_what_faces_a_light_keeps_its_colour_and_what_turns_away_has_the_ambient_term(dtype):
-    rgb, occlusion = np.full((1, 3, 3), 0.5, dtype), np.array([[0, 0, 0.5]], dtype)
+    rgb = np.full((1, 3, 3), 0.5, dtype)
+    occlusion = np.array([[0, 0, 0.5]], dtype)
     normals = np.array([[[0, 0.6, 0.8], [0, 0, -1], [0, 0.6, 0.8]]], dtype)
     usual = post.shade(rgb, occlusion, normals, post.Light([0, 3, 4]))
     np.testing.assert_allclose(usual[0, :, 0], [0.5, 0.25, 0.375], rtol=1e-6)

@@ -54,7 +54,8 @@ def test_algorithms_3_and_4():
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_merge_blur_and_shade(dtype):
     rng = np.random.default_rng(2)
-    layers, rgb = rng.random((3, 9, 11)).astype(dtype), rng.random((9, 11, 3)).astype(dtype)
+    layers = rng.random((3, 9, 11)).astype(dtype)
+    rgb = rng.random((9, 11, 3)).astype(dtype)
     merged = reference.merge(layers)
     assert_same_bits(lfssao.merge(layers), merged)
     for sigma in (0.0, 0.4, 1.0, 2.5):

@@ -35,7 +35,8 @@ def test_spans_hold_all_that_sees_a_surface_and_little_else(seed, width, first, 
     rng = np.random.default_rng(seed)
     seen = rng.random(first + width) < share
     seen[first + rng.integers(width) : first + rng.integers(width + 1)] |= rng.random() < 0.5
-    depth, at = np.where(seen, np.float32(-1), np.float32(np.inf)), first
+    depth = np.where(seen, np.float32(-1), np.float32(np.inf))
+    at = first
     for start, n in cases.all_spans(depth, first, first + width, most):
         assert not seen[at:start].any()
         assert n <= most
@@ -51,7 +52,9 @@ def test_pass_algorithm2_equals_the_reference_on_modules(dtype, data):
     depth, positions, mapping, samples, radius = data.draw(cases.module_cases(dtype))
     turns = cases.drawn_turns(data.draw, depth)
     actual = ssao.algorithm2(depth, positions, mapping, samples, radius, turns)
-    kind, numbers, offsets = KINDS[mapping.kind], mapping.numbers.astype(dtype), (radius * samples).astype(dtype)
+    kind = KINDS[mapping.kind]
+    numbers = mapping.numbers.astype(dtype)
+    offsets = (radius * samples).astype(dtype)
     texture, outside = cases.outside_of(reference.algorithm2(depth, positions, offsets, kind, numbers, turns))
     assert_same_bits(actual.texture, texture)
     assert actual.outside == outside.sum()
@@ -64,7 +67,8 @@ def test_pass_algorithm1_equals_the_reference_on_cameras(dtype, data):
     forth = view.world_to_image.numbers.reshape(4, 4)
     turns = cases.drawn_turns(data.draw, depth)
     actual = ssao.algorithm1(depth, view.screen_to_world, forth, samples, radius, turns)
-    back, offsets = view.screen_to_world.ravel().astype(dtype), (radius * samples).astype(dtype)
+    back = view.screen_to_world.ravel().astype(dtype)
+    offsets = (radius * samples).astype(dtype)
     forth = forth.ravel().astype(dtype)
     texture, outside = cases.outside_of(reference.algorithm1(depth, offsets, back, forth, turns))
     assert_same_bits(actual.texture, texture)
@@ -73,7 +77,9 @@ def test_pass_algorithm1_equals_the_reference_on_cameras(dtype, data):
 
 def test_algorithm2_does_not_mind_how_arrays_lie_in_memory():
     rng = np.random.default_rng(3)
-    depth, positions, samples = rng.random((6, 9)), rng.random((6, 9, 3)) * [9, 6, 1], rng.uniform(-1, 1, (5, 3))
+    depth = rng.random((6, 9))
+    positions = rng.random((6, 9, 3)) * [9, 6, 1]
+    samples = rng.uniform(-1, 1, (5, 3))
     mapping = WorldToImage(cases.MATRIX, cases.IDENTITY)
     want = ssao.algorithm2(depth, positions, mapping, samples, 1.0)
     strided = np.repeat(depth, 2, axis=1)[:, ::2], np.repeat(positions, 2, axis=0)[::2]
@@ -83,7 +89,9 @@ def test_algorithm2_does_not_mind_how_arrays_lie_in_memory():
 
 
 def test_algorithm_passes_refuse_what_does_not_fit():
-    depth, positions, samples = np.zeros((2, 3)), np.zeros((2, 3, 3)), np.zeros((1, 3))
+    depth = np.zeros((2, 3))
+    positions = np.zeros((2, 3, 3))
+    samples = np.zeros((1, 3))
     mapping = WorldToImage(cases.MATRIX, cases.IDENTITY)
     bad = [
         (depth.astype(int), positions, samples, 1.0),

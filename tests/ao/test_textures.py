@@ -6,7 +6,8 @@ import pytest
 from lfssao import Buffers, Camera, InputError
 
 VIEW = Camera("orthographic", (0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 2.0, 1.0, 9.0).view(4, 3)
-DEPTH, PLACES = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
+DEPTH = np.zeros((3, 4), np.float32)
+PLACES = np.zeros((3, 4, 3), np.float32)
 
 
 @pytest.mark.parametrize(("textures", "words"), [

@@ -64,7 +64,8 @@ def agree(tree, embree, falloff):
 def test_far_from_the_origin(falloff):
     """Steps of float32 are 0.06 to 0.25 there, as large as the radius; those of positions, float64, are 5e-10."""
     seen = scenes.buffers("step", scenes.SIGHTS["orthographic"](16, 12))
-    mesh, away = scenes.SURFACES["step"].mesh(), np.array([1e6, -2e6, 3e6])
+    mesh = scenes.SURFACES["step"].mesh()
+    away = np.array([1e6, -2e6, 3e6])
     options = {"falloff": falloff, "rounds": (4, 4), "tolerance": 0.0}
     near = ray_cast_occlusion(Occluders(mesh), seen, 0.2, **options)
     far = Occluders(Mesh(mesh.vertices + away, mesh.faces))
@@ -77,7 +78,8 @@ def test_far_from_the_origin(falloff):
 def test_no_size_is_special(power):
     """All numbers times a power of two: float32 would have lost them at 2^-90 squared, and the hits with them."""
     seen = scenes.buffers("sphere on a plane", scenes.SIGHTS["perspective"](12, 9))
-    mesh, scale = scenes.sphere_mesh(3), 2.0**power
+    mesh = scenes.sphere_mesh(3)
+    scale = 2.0**power
     made = [
         ray_cast_occlusion(
             Occluders(Mesh(factor * mesh.vertices, mesh.faces)), moved_by(seen, factor * seen.positions), factor * 0.2,
@@ -121,7 +123,9 @@ def test_rays_do_not_slip_through_between_triangles():
 
     Robust traversal loses one of 1,700 of them with any instruction set; the other one of 6, and of 50 on diagonals.
     """
-    rng, n, side = np.random.default_rng(11), 20_000, 65
+    rng = np.random.default_rng(11)
+    n = 20_000
+    side = 65
     x, y = np.meshgrid(*[np.linspace(-1, 1, side)] * 2, indexing="ij")
     corners = np.stack([x, y, rng.uniform(-0.005, 0.005, x.shape)], axis=-1).reshape(-1, 3)
     first = np.arange(side**2).reshape(side, side)[:-1, :-1].ravel()
@@ -149,7 +153,8 @@ def test_batches_are_small_and_full(strata, monkeypatch):
     seen = scenes.buffers(
         "step", scenes.SIGHTS["orthographic"](44, 34) if strata == 8 else scenes.camera("orthographic", 3, 2)
     )
-    occluders, sizes = Occluders(scenes.SURFACES["step"].mesh()), []
+    occluders = Occluders(scenes.SURFACES["step"].mesh())
+    sizes = []
     distances = type(occluders.embree).distances
     monkeypatch.setattr(type(occluders.embree), "distances", lambda *a: [sizes.append(len(a[1])), distances(*a)][1])
     made = ray_cast_occlusion(occluders, seen, 0.1, rounds=(2, 3), strata=strata, tolerance=0.003, intersector="embree")
@@ -158,7 +163,8 @@ def test_batches_are_small_and_full(strata, monkeypatch):
 
 
 def test_a_failure_keeps_the_rest_from_being_begun():
-    begun, lock = [], Lock()
+    begun = []
+    lock = Lock()
 
     def work(start, _stop):
         with lock:

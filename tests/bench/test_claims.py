@@ -28,7 +28,8 @@ def comparisons(judge):
 
 def weakened(judge, chosen):
     """The rule with some of its comparisons, by their places in it, always true."""
-    tree, place = ast.parse(textwrap.dedent(inspect.getsource(judge))), iter(range(10**6))
+    tree = ast.parse(textwrap.dedent(inspect.getsource(judge)))
+    place = iter(range(10**6))
 
     class Weaken(ast.NodeTransformer):
         def visit_Compare(self, node):
@@ -53,7 +54,8 @@ def test_a_rule_without_its_comparisons_passes_its_control(name):
 
 
 def test_damaged_inputs_have_the_values_of_other_places():
-    texture, seen = np.arange(12.0).reshape(3, 4), np.tile([True, True, False, True], (3, 1))
+    texture = np.arange(12.0).reshape(3, 4)
+    seen = np.tile([True, True, False, True], (3, 1))
     out = moved(texture, seen)
     assert sorted(out[seen]) == sorted(texture[seen])
     assert (out != texture)[seen].all()

@@ -20,7 +20,10 @@ from lfssao import Camera, Mesh
 from lfssao.ao.estimators.registry import find_estimator
 from lfssao.samples import texel_turns
 
-R, WIDTH, HEIGHT, GUARD = 0.15, 64, 48, 16
+R = 0.15
+WIDTH = 64
+HEIGHT = 48
+GUARD = 16
 TEXEL = 0.75 / HEIGHT
 SIDE = WIDTH * TEXEL / 2  # x of the view's right border
 
@@ -110,7 +113,8 @@ def over_directions(away, value, end, behind=0.0):
     behind: how far behind the edge, along x, a texel has its centre.
     """
     angles = (np.arange(4096) + 0.5) / 4096 * 2 * pi
-    x, y = away[:, None] + behind, away[:, None] * np.tan(angles)
+    x = away[:, None] + behind
+    y = away[:, None] * np.tan(angles)
     distances = np.where(np.cos(angles) > 0, np.hypot(x, y), np.inf)
     return np.where(distances < end, value(np.minimum(distances, end)), 0).mean(axis=1)
 
@@ -130,7 +134,8 @@ def test_a_horizon_below_a_plate():
 
 def test_the_largest_term_of_points_of_surfaces():
     """Taps above a plate see its top; those of all layers its bottom, too, whose term is larger here."""
-    low, high = 0.1 / R, 0.3 / R
+    low = 0.1 / R
+    high = 0.3 / R
     parts, away = measured(plate(0.1, 0.3), "alchemy", 0.0)
     taps = (np.arange(512) + 0.5) / 512
 
@@ -155,7 +160,8 @@ def test_a_wall_beside_the_view(name):
 
 
 def test_one_sample_is_hidden_where_its_turn_leads_under_the_plate():
-    scene, point = plate(0.25, 0.375), (0.9, 0.0, 0.3)
+    scene = plate(0.25, 0.375)
+    point = (0.9, 0.0, 0.3)
     stages = stages_of(scene, find_estimator("hemisphere"), R, ((np.array([point]), None), {}))
     columns, away = columns_before(0.0)
     cosine = texel_turns("hash", HEIGHT, WIDTH, 0, np.dtype(np.float64))[0][12:-12, columns]
@@ -169,9 +175,11 @@ def test_one_sample_is_hidden_where_its_turn_leads_under_the_plate():
 
 @pytest.mark.parametrize("name", ["lf", "sao", "multiresolution"])
 def test_parts_sum_to_the_whole(name):
-    scene, estimator = wall(), find_estimator(name)
+    scene = wall()
+    estimator = find_estimator(name)
     stages = stages_of(scene, estimator, R)
-    parts, shares = parts_of(stages, scene.surface), shares_of(parts_of(stages, scene.surface))
+    parts = parts_of(stages, scene.surface)
+    shares = shares_of(parts_of(stages, scene.surface))
     error = stages.default[scene.surface].astype(float) - stages.cosine[scene.surface]
     assert sum(part for part in parts if part is not None) == pytest.approx(error, abs=1e-12)
     assert sum(share for share in shares.values() if share is not None) == pytest.approx(1)
@@ -181,7 +189,8 @@ def test_parts_sum_to_the_whole(name):
 
 @pytest.mark.parametrize("name", ["hemisphere", "oriented-hemisphere", "alchemy", "hbao"])
 def test_on_the_first_layer_alone_an_estimator_is_itself(name):
-    scene, estimator = plate(0.05, 0.1), find_estimator(name)
+    scene = plate(0.05, 0.1)
+    estimator = find_estimator(name)
     hits, points, begins, ends = scene.layers
     first = layers.Layers(hits[:1], points[:1], begins[:1], np.full_like(ends[:1], np.inf))
     inputs = error_parts.many_of(estimator)
@@ -195,7 +204,8 @@ def test_on_the_first_layer_alone_an_estimator_is_itself(name):
 def test_two_rules_of_points_agree():
     """The first solid not passed hides what lies in solids, where terms do not depend on the surface's distance."""
     scene = sight(((0, -4, 0.05), (4, 4, 0.1)), ((0.05, -4, 0.08), (4, 4, 0.2)), ((-4, 0, 0.3), (4, 4, 0.4)))
-    point, inputs = find_estimator("point"), ((lfssao.make_samples("sobol", 64), None), {})
+    point = find_estimator("point")
+    inputs = ((lfssao.make_samples("sobol", 64), None), {})
     first, second = (
         layers.on_all_layers(point, scene.buffers, R, inputs, scene.layers, rule)
         for rule in (layers._on_solids, layers._on_peeled)
@@ -209,7 +219,8 @@ def test_solids_that_overlap_are_one_and_backs_alone_hide_nothing():
     z = 2 - scene.layers.begins[:, 24, -4], 2 - scene.layers.ends[:, 24, -4]
     assert z[0].tolist() == pytest.approx([0.2, 0.0])
     assert z[1].tolist() == pytest.approx([0.05, -np.inf])
-    depths, front = np.array([1.0, 2, 3])[:, None, None], np.array([False, True, False])[:, None, None]
+    depths = np.array([1.0, 2, 3])[:, None, None]
+    front = np.array([False, True, False])[:, None, None]
     begins, ends = layers._solids(depths, front)
     assert (begins.ravel().tolist(), ends.ravel().tolist()) == ([2.0], [3.0])
 

@@ -60,7 +60,8 @@ def test_exact_images_are_those_of_the_textbook(kind):
             assert exact_image(view, (0.0, 0.0, beyond)) is None
 
 
-SMALL, SAMPLES = (12, 9), 6
+SMALL = (12, 9)
+SAMPLES = 6
 
 
 def buffers_of(kind, dtype, turning, **how):

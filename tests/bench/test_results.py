@@ -30,7 +30,8 @@ def test_the_page_is_what_its_numbers_give():
 
 
 def test_the_package_answers_as_the_whole_run_does():
-    run, held = read_result(RESULTS / "work-precision.json"), read_result(COMMITTED)
+    run = read_result(RESULTS / "work-precision.json")
+    held = read_result(COMMITTED)
     assert results.fronts_only(run) == held
     for error, radii, limit, kind in product(
         ERRORS, run["setup"]["grid"]["radii"][:2], np.geomspace(1e-3, 30, 6), ("max_error", "max_ms")

@@ -15,8 +15,10 @@ def library(tmp_path_factory):
 
 def narrowed(bounds, part):
     """Bounds of a part of the width, around the same middles."""
-    low, high = bounds.lower.astype(np.float64), bounds.upper.astype(np.float64)
-    middle, reach = (low + high) / 2, part * (high - low) / 2
+    low = bounds.lower.astype(np.float64)
+    high = bounds.upper.astype(np.float64)
+    middle = (low + high) / 2
+    reach = part * (high - low) / 2
     return Bounds((middle - reach).astype(np.float32), (middle + reach).astype(np.float32))
 
 
@@ -34,6 +36,7 @@ def test_no_direction_of_rounding_leaves_the_intervals(monkeypatch, library, nam
 def test_rounding_is_to_nearest_after_a_run(library):
     name_of_view, buffers, radius = next(bench_rounding.textures(bench_rounding.SIZE))
     bench_rounding.spread("vo-points", name_of_view, buffers, radius, library, 1)
-    ones, tiny = np.ones(8, np.float32), np.full(8, 2.0**-25, np.float32)
+    ones = np.ones(8, np.float32)
+    tiny = np.full(8, 2.0**-25, np.float32)
     assert np.array_equal(ones + tiny, ones)
     assert np.array_equal(ones - tiny, ones)

@@ -56,7 +56,8 @@ def test_every_row_is_what_its_case_states(case):
         assert row.verdict in (WITHIN, DEGRADED), row
         assert row.measured.decisions > 0
         assert (row.reason != "") == (row.verdict == DEGRADED)
-    degraded, named = {row.path for row in rows if row.verdict == DEGRADED}, set(case.stated) - {""}
+    degraded = {row.path for row in rows if row.verdict == DEGRADED}
+    named = set(case.stated) - {""}
     if case.paths == PATHS:
         assert degraded == (set(PATHS) if "" in case.stated else named)
     else:
@@ -116,7 +117,8 @@ def test_bounds_hold_for_formulas_in_which_rounding_may_choose(dtype, a, b, c):
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_bounds_are_small_unless_rounding_chooses(dtype):
-    number, eps = Arithmetic.of(dtype).number, np.finfo(dtype).eps
+    number = Arithmetic.of(dtype).number
+    eps = np.finfo(dtype).eps
     assert mixed(*map(number, (2.0, 0.5, 0.25))).error < 16 * eps
     third = number(1) / number(3)  # as is the root
     assert mixed(third, number(0.0), third).error > 0.01
@@ -135,7 +137,9 @@ def test_exact_numbers_are_those_of_mpmath(a, b, c):
 
 
 def test_conditions_in_doubt_are_joined_as_in_three_valued_logic():
-    doubt, true, false = Doubt(True, Arithmetic()), np.True_, np.False_
+    doubt = Doubt(True, Arithmetic())
+    true = np.True_
+    false = np.False_
     assert (~doubt).holds is False
     assert [in_doubt(each) for each in (doubt & true, true & doubt, doubt | false, false | doubt)] == [True] * 4
     assert [each is np.False_ for each in (doubt & false, false & doubt)] == [True] * 2
@@ -147,7 +151,8 @@ def test_conditions_in_doubt_are_joined_as_in_three_valued_logic():
 
 def test_what_is_exact_has_no_error():
     work = Arithmetic.of(np.float32)
-    one, third = work.number(1), work.number(Fraction(1, 3))
+    one = work.number(1)
+    third = work.number(Fraction(1, 3))
     assert third.error == pytest.approx(2.0**-24 / 3)
     assert (one - work.number(2.0**-24)).error == 0  # 24 digits
     assert (one - work.number(2.0**-25)).error == pytest.approx(2.0**-24)
@@ -268,7 +273,8 @@ def test_an_estimator_wrong_in_float32_breaks_a_row(monkeypatch, texel, off, ver
 def test_the_command_prints_what_is_degraded_and_writes_the_files(tmp_path, capsys, monkeypatch):
     kept = tuple(case for case in CASES if case.name in ("ordinary", "offset") or isinstance(case, Refusal))
     monkeypatch.setattr("lfssao.bench.stability.cases.CASES", kept)
-    table, picture = tmp_path / "a.json", tmp_path / "a.png"
+    table = tmp_path / "a.json"
+    picture = tmp_path / "a.png"
     assert main(["bench", "stability", "--json", str(table), "--plot", str(picture)]) == 0
     lines = capsys.readouterr().out.splitlines()
     rows = json.loads(table.read_text())["rows"]

@@ -62,7 +62,8 @@ MADE_UP = result(
 
 def half_planes(rng, points):
     """The fraction of each set to the left of a random line that crosses the square's middle, less the exact one."""
-    slope, c = rng.uniform(0.3, 0.7, SEEDS), rng.uniform(-0.3, 0.3, SEEDS)
+    slope = rng.uniform(0.3, 0.7, SEEDS)
+    c = rng.uniform(-0.3, 0.3, SEEDS)
     left = points[..., 0] < c[:, None] + slope[:, None] * points[..., 1]
     return left.mean(axis=1) - (1 + c) / 2
 
@@ -137,7 +138,9 @@ def test_samplers_of_an_estimator_are_those_that_tend_to_the_integral_of_its_own
     Mean distance from the middle: 3/4 in the ball, 1/2 of taps, near 0.906 in LF's shell; of lines, which weigh as long
     as they are in the ball, 3 pi / 16.
     """
-    estimator, sizes, r = ESTIMATORS[name], grid.FULL, np.linspace(0.8, 1, 100_001)
+    estimator = ESTIMATORS[name]
+    sizes = grid.FULL
+    r = np.linspace(0.8, 1, 100_001)
     methods = METHODS["ball" if estimator.dimensions == 3 else "disk"]
     left_out = {"spiral": name != "alchemy", "repulsion": not name.startswith("vo-")}
     even = {sampler for sampler in methods if not left_out.get(sampler)}
@@ -188,9 +191,11 @@ def test_each_radius_is_measured_once():
 
 def test_figures_are_those_of_their_definitions():
     rng = np.random.default_rng(3)
-    truth, surface = rng.uniform(size=(24, 32)), rng.random((24, 32)) < 0.7
+    truth = rng.uniform(size=(24, 32))
+    surface = rng.random((24, 32)) < 0.7
     truth[~surface] = 0
-    off, noise = np.where(surface, 0.5 * truth + 0.1, 0), np.where(surface, rng.uniform(size=truth.shape), 0)
+    off = np.where(surface, 0.5 * truth + 0.1, 0)
+    noise = np.where(surface, rng.uniform(size=truth.shape), 0)
     error = off[surface] - truth[surface]
     similar = structural_similarity(1 - off, 1 - truth, data_range=1, full=True)[1][surface].mean()
     expected = [np.sqrt(np.mean(error**2)), error.mean(), 0, 1, similar]
@@ -225,10 +230,13 @@ def test_errors_of_a_run_are_against_visibility_and_the_estimators_own_integrand
     sizes = replace(
         grid.QUICK, width=48, height=36, counts=(4,), samplers=("latin",), seeds=2, reference_count=64, most=3
     )
-    scene, estimator = BenchScene(builtin_scene("corner"), sizes, 1), ESTIMATORS[name]
+    scene = BenchScene(builtin_scene("corner"), sizes, 1)
+    estimator = ESTIMATORS[name]
     points = run.summary(estimator, [run.times_of(scene, estimator, 1)], [run.errors_of(scene, estimator)])["points"]
     made = next(p for p in points if p["blur"] == 1.0)
-    buffers, radius, occluders = scene.buffers, 0.02 * scene.unit, Occluders(scene.mesh)
+    buffers = scene.buffers
+    radius = 0.02 * scene.unit
+    occluders = Occluders(scene.mesh)
     errors = []
     for seed in range(2):
         points, weights = (None, None) if name == "sao" else grid.samples_for(estimator, "latin", 4, seed)
@@ -262,7 +270,8 @@ def test_in_turns_each_follows_each_other_one_equally_often(n):
 
 def test_least_times_run_until_three_agree_and_leave_slow_moments_out():
     """A run takes a second, and as long as its slow moments last."""
-    now, calls = [0.0], Counter()
+    now = [0.0]
+    calls = Counter()
     slow = {"steady": repeat(0), "disturbed": iter([0, 50, 60, 70, 0, 80, 0, 0]), "never": count()}
 
     def work(name):
@@ -277,7 +286,8 @@ def test_least_times_run_until_three_agree_and_leave_slow_moments_out():
 def test_a_settings_time_is_the_sum_of_its_passes(monkeypatch):
     """Each pass is made to take a time of its own, and twice that on all threads."""
     sizes = replace(grid.FULL, width=16, height=12, counts=(4,), samplers=("latin",))
-    scene, clocks = BenchScene(builtin_scene("statue"), sizes, 1), iter((1.0, 2.0))
+    scene = BenchScene(builtin_scene("statue"), sizes, 1)
+    clocks = iter((1.0, 2.0))
 
     def clocked(passes, spread, most, clock):
         factor = next(clocks)
@@ -381,7 +391,8 @@ def test_a_tiny_run_is_interrupted_goes_on_and_gives_advice(capsys, tmp_path, mo
     monkeypatch.setattr("lfssao.cli.bench_work_precision.QUICK", tiny)
     names = ("lf", "vo-lines", "sao")
     monkeypatch.setattr(run, "of_one_view", lambda: {name: ESTIMATORS[name] for name in names})
-    real, measured = run.errors_of, []
+    real = run.errors_of
+    measured = []
 
     def interrupted(scene, estimator):
         measured.append(estimator.name)

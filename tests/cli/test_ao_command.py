@@ -60,8 +60,10 @@ def test_files_of_other_renderers_give_the_same_bits(rendered, tmp_path, monkeyp
     """The help's command, on channels of other names and the numbers of the mapping as TOML."""
     folder, name = rendered
     monkeypatch.chdir(tmp_path)
-    reference, view = read_exr(folder / f"{name}.exr"), manifest_of(folder)["views"][0]["view"]
-    depth, positions = reference["depth"], reference["positions"].pixels
+    reference = read_exr(folder / f"{name}.exr")
+    view = manifest_of(folder)["views"][0]["view"]
+    depth = reference["depth"]
+    positions = reference["positions"].pixels
     write_exr(Path("D.exr"), [Part("z buffer", ("far",), depth.pixels, guard=depth.guard)])
     alpha = np.concatenate([positions, np.ones_like(depth.pixels)], axis=-1)
     write_exr(Path("P.exr"), [Part("", ("R", "G", "B", "A"), alpha, guard=depth.guard)])
@@ -109,9 +111,11 @@ def test_the_output_is_a_reference_for_compare_with_rows_as_the_renderer_has_the
 def inputs(tmp_path, monkeypatch):
     """A folder of textures and mappings, right and wrong ones."""
     monkeypatch.chdir(tmp_path)
-    depth, flat = np.linspace(-0.2, 0.2, 48, dtype=np.float16).reshape(6, 8), np.zeros((6, 8, 1), np.float32)
+    depth = np.linspace(-0.2, 0.2, 48, dtype=np.float16).reshape(6, 8)
+    flat = np.zeros((6, 8, 1), np.float32)
     single = depth.astype(np.float32)
-    x, y = (1 - single) * (np.arange(8) - 3.5), (1 + single) * (2.5 - np.arange(6)[:, None])
+    x = (1 - single) * (np.arange(8) - 3.5)
+    y = (1 + single) * (2.5 - np.arange(6)[:, None])
     arrays = {"half": depth, "D": single, "P": np.stack([x, y, single], axis=-1).astype(np.float32)}
     arrays |= {"small": arrays["P"][1:], "four": np.zeros((6, 8, 5), np.float32)}
     arrays["nan"] = np.full(single.shape, 0x7FA00000, np.uint32).view(np.float32)  # one that signals
@@ -143,7 +147,8 @@ def test_half_is_widened_exactly(inputs):
 
 def test_layers_of_a_file_with_several_are_named_by_map(inputs):
     """As Blender names them, of one part or of several, and vectors in channels X, Y and Z."""
-    depth, positions = np.load("D.npy"), np.load("P.npy")
+    depth = np.load("D.npy")
+    positions = np.load("P.npy")
     names = [f"V.{name}" for name in ("Combined.R", "Combined.G", "Combined.B", "Combined.A", "Mist.Z", "Depth.Z")]
     names += [f"V.Position.{axis}" for axis in "XYZ"]
     planes = np.concatenate([np.ones((6, 8, 5), np.float32), depth[..., None], positions], axis=-1)

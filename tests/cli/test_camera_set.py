@@ -76,7 +76,8 @@ def test_a_camera_is_chosen_by_a_name_of_its_own_or_its_files_or_its_number(name
 @pytest.mark.parametrize("bits", [8, 10, 16])
 def test_codes_are_of_normalised_disparity(bits, tmp_path, capsys):
     """1 / z = code / most (1 / near - 1 / far) + 1 / far, from 50 on no surface, and the largest code at 0.5."""
-    random, most = np.random.default_rng(3), 2**bits - 1
+    random = np.random.default_rng(3)
+    most = 2**bits - 1
     codes = random.integers(0, most, (48, 64), endpoint=True)
     codes[:2, :20], codes[3, :2] = 0, most
     Image.fromarray(codes.astype(np.uint8 if bits == 8 else np.uint16)).save(tmp_path / "v01_depth.png")
@@ -84,7 +85,8 @@ def test_codes_are_of_normalised_disparity(bits, tmp_path, capsys):
     words = "--buffers", str(path), "--radii", "0.1", "--layers", "depth,positions", "-o", str(tmp_path / "out")
     assert main(["ao", "--depth", str(tmp_path / "v01_depth.png"), *words]) == 0
     made = read_exr(tmp_path / "out" / "v01_depth.exr")
-    depth, positions = made["depth"].pixels[..., 0].astype(np.float64), made["positions"].pixels.astype(np.float64)
+    depth = made["depth"].pixels[..., 0].astype(np.float64)
+    positions = made["positions"].pixels.astype(np.float64)
     with np.errstate(divide="ignore"):
         wanted = np.where(codes > 0, 1 / (codes / most * (1 / 0.5 - 1 / 50) + 1 / 50), np.inf)
     np.testing.assert_allclose(depth, wanted, rtol=1e-6)

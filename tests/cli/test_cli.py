@@ -426,7 +426,8 @@ def test_a_bar_goes_on_while_a_step_takes_long(monkeypatch):
 
     monkeypatch.setattr(sys, "stderr", Terminal())
     with progress(total=2, file=sys.stderr) as bar:
-        before, patience = sys.stderr.getvalue().count("\r"), time.monotonic() + 60
+        before = sys.stderr.getvalue().count("\r")
+        patience = time.monotonic() + 60
         while sys.stderr.getvalue().count("\r") < before + 2 and time.monotonic() < patience:
             time.sleep(0.05)
         assert sys.stderr.getvalue().count("\r") >= before + 2

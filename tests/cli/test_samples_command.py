@@ -24,7 +24,8 @@ from lfssao.viz.samples import draw_samples
     *((domain, "sobol", [], {}) for domain in METHODS), ("disk", "repulsion", ["--no-centre"], {"centre": False}),
 ])  # fmt: skip
 def test_tables_read_back_to_the_same_bits(tmp_path, capsys, form, domain, name, words, options):
-    path, want = tmp_path / f"table.{form}", sample_set(domain, name, 13, 5, **options)
+    path = tmp_path / f"table.{form}"
+    want = sample_set(domain, name, 13, 5, **options)
     words = [*words, "--domain", domain, "-n", "13", "--seed", "5", "--format", form, "-o", str(path)]
     assert main(["samples", "make", name, *words]) == 0
     assert capsys.readouterr().out == f"{path}\n"
@@ -74,7 +75,8 @@ def test_somebody_elses_points_are_judged(tmp_path, capsys):
     rng = np.random.default_rng(3)
     directions = rng.normal(size=(5000, 3))
     directions /= np.sqrt(np.sum(directions**2, axis=1, keepdims=True))
-    good, bad = directions * np.cbrt(rng.random((5000, 1))), directions * rng.random((5000, 1))
+    good = directions * np.cbrt(rng.random((5000, 1)))
+    bad = directions * rng.random((5000, 1))
     np.savetxt(tmp_path / "good.csv", good, "%.9g", ",")
     np.savetxt(tmp_path / "bad.txt", bad, header="as np.savetxt writes them")
     assert main(["samples", "check", str(tmp_path / "good.csv"), "--promise", "uniform-ball"]) == 0

@@ -86,7 +86,9 @@ def test_render_ends_with_what_an_eye_in_the_middle_sees_without_and_with_ao(ren
 def test_the_picture_is_the_same_where_files_are_read_back_and_room_is_that_of_few_textures(
     rendered, tmp_path, monkeypatch
 ):
-    read, room, out = [], [], tmp_path / "out"
+    read = []
+    room = []
+    out = tmp_path / "out"
     monkeypatch.setattr("lfssao.rendering.viewer.check_available", lambda _, needed: room.append(needed))
     shutil.copytree(rendered, out)
     (out / "view.png").unlink()

@@ -59,7 +59,8 @@ def test_a_ball_holds_the_angles_of_all_its_numbers_and_hardly_more(relative, op
 
 
 def test_an_exact_number_has_the_exact_angle_and_a_bound_of_what_rounding_makes_of_it():
-    single, exact = Arithmetic.of("float32"), Arithmetic()
+    single = Arithmetic.of("float32")
+    exact = Arithmetic()
     for cosine in COSINES:
         found = exact.given(np.float32(cosine)).arc_cosine()
         with mpmath.workprec(300):

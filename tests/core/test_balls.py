@@ -44,9 +44,12 @@ def bounded(given, rows, by, made, doubts):
         u = Ball(given[i, 3, 0], given[i, 3, 1], zero)
         v = Ball(given[i, 4, 0], given[i, 4, 1], zero)
         w = Ball(given[i, 5, 0], given[i, 5, 1], zero)
-        p, o = Vector(x, y, z), offset_spot(Vector(u, v, w))
+        p = Vector(x, y, z)
+        o = offset_spot(Vector(u, v, w))
         place = point_spot(p) + x * o + y * o
-        one, more, rest = operations(x, y, z), several(x, y, z, u, v, w), comparisons(x, y)
+        one = operations(x, y, z)
+        more = several(x, y, z, u, v, w)
+        rest = comparisons(x, y)
         last = row_of_spot(rows[i], 0, point_spot(p)), row_of_spot(rows[i], 0, place), unit_vector(p).x
         for k in range(len(one)):
             made[i, k, 0], made[i, k, 1] = one[k].value, one[k].error
@@ -58,10 +61,12 @@ def bounded(given, rows, by, made, doubts):
             doubts[i, k, 0], doubts[i, k, 1] = rest[k].may, rest[k].must
 
 
-class Rounded:  # noqa: PLW1641 - it has none
+class Rounded:
     """A number of a renderer that flushes or not, and rounds as its way is, by all that is allowed or not at all."""
 
-    rng, flushes, way = np.random.default_rng(3), False, 0
+    rng = np.random.default_rng(3)
+    flushes = False
+    way = 0
 
     def __init__(self, x):
         self.x = x if isinstance(x, Fraction) else Fraction(float(x))
@@ -138,7 +143,9 @@ class Rounded:  # noqa: PLW1641 - it has none
     def __eq__(self, other):
         return np.bool(self.x == self.of(other))
 
-    __radd__, __rmul__, __hash__ = __add__, __mul__, None
+    __radd__ = __add__
+    __rmul__ = __mul__
+    __hash__ = None
 
 
 NOWHERE = Rounded(1e300)  # what nobody knows: no ball but the unknown one holds it
@@ -146,7 +153,8 @@ NOWHERE = Rounded(1e300)  # what nobody knows: no ball but the unknown one holds
 
 def total(terms):
     """The sum of terms in any order, cut into two sums or not."""
-    order, cut = Rounded.rng.permutation(len(terms)), Rounded.rng.integers(1, len(terms) + 1)
+    order = Rounded.rng.permutation(len(terms))
+    cut = Rounded.rng.integers(1, len(terms) + 1)
     return reduce(add, [reduce(add, part) for part in (terms[order[:cut]], terms[order[cut:]]) if len(part)])
 
 
@@ -238,7 +246,8 @@ def drawn(rng, n):
     x = rng.choice([-1, 1], (n, 6)) * 2.0 ** rng.uniform(-2, 2, (n, 6))
     few = n // 6, 6
     x[: n // 6] *= np.where(rng.random(few) < 0.7, 2.0 ** rng.uniform(-128, -122, few), 2.0**9)
-    near, fixed = rng.random((n, 6)) < 0.2, rng.random((n, 6))
+    near = rng.random((n, 6)) < 0.2
+    fixed = rng.random((n, 6))
     x = np.where(near, x[:, :1] * rng.choice([1, -1], (n, 6)) * (1 + rng.normal(size=(n, 6)) * 2.0**-21), x)
     x = np.select([fixed < 0.06, fixed < 0.12], [0.0, 1.0], x).astype(np.float32).astype(float)
     off = rng.choice([0.0, 2.0**-22, 2.0**-12, 0.3, 1.2], (n, 6), p=[0.4, 0.3, 0.1, 0.1, 0.1])
@@ -248,21 +257,25 @@ def drawn(rng, n):
 
 def bounds(given, rows, errors):
     n = len(given)
-    made, doubts = np.empty((n, FORMS, 2)), np.empty((n, COMPARED, 2), bool)
+    made = np.empty((n, FORMS, 2))
+    doubts = np.empty((n, COMPARED, 2), bool)
     bounded(given, rows, errors, made, doubts)
     return made, doubts
 
 
 def renderers(given, rows):
     """Results of renderers, of numbers in the balls: (N, WAYS, FORMS) fractions, and what they compare."""
-    made, compared, rng = np.empty((len(given), WAYS, FORMS), object), [], np.random.default_rng(7)
+    made = np.empty((len(given), WAYS, FORMS), object)
+    compared = []
+    rng = np.random.default_rng(7)
     parts = rng.choice([-1.0, 1.0, 0.0, 0.6], (len(given), WAYS, 6), p=[0.4, 0.4, 0.1, 0.1])
     for i, k in np.ndindex(len(given), WAYS):
         Rounded.flushes, Rounded.way = bool(k % 2), (0, 1, -1)[rng.integers(3)]
         x = [Rounded(Fraction(v) + Fraction(e) * Fraction(parts[i, k, j])) for j, (v, e) in enumerate(given[i])]
         if k == 0 and abs(x[0].x - Fraction(given[i, 1, 0])) <= Fraction(given[i, 1, 1]):
             x[1] = x[0]
-        m, o = [float(a) for a in rows[i]], x[3:]
+        m = [float(a) for a in rows[i]]
+        o = x[3:]
         last = row_of(m, x[:3], []), row_of(m, x[:3], [(x[0], o), (x[1], o)]), over_length(Vector(*x[:3])).x
         made[i, k] = [Rounded.of(y) for y in (*operations(*x[:3]), *several(*x), *last)]
         compared.append(comparisons(*x[:2]))
@@ -273,7 +286,8 @@ def renderers(given, rows):
 def seen():
     """Balls, rows, what is said of them, and what renderers make of numbers in them."""
     rng = np.random.default_rng(2)
-    given, rows = drawn(rng, 300), rng.choice([0.0, 1.0, -0.3, 2.0**-130], (300, 4), p=[0.2, 0.3, 0.4, 0.1])
+    given = drawn(rng, 300)
+    rows = rng.choice([0.0, 1.0, -0.3, 2.0**-130], (300, 4), p=[0.2, 0.3, 0.4, 0.1])
     rows = rows.astype(np.float32).astype(float)
     with pytest.MonkeyPatch.context() as patch:
         for name, word in WORDS.items():
@@ -288,7 +302,8 @@ def is_held(compared, doubts):
 
 def test_renderers_lie_in_balls(seen):
     _, _, (found, doubts), made, compared = seen
-    exact, known = np.vectorize(Fraction, otypes=[object]), found[..., 1] < BEYOND
+    exact = np.vectorize(Fraction, otypes=[object])
+    known = found[..., 1] < BEYOND
     limit = exact(np.where(known, found[..., 1] * SAFETY, 0))[:, None]
     assert not ((abs(made - exact(found[..., 0])[:, None]) > limit) & known[:, None]).any()
     assert known.mean() > 0.9
@@ -307,7 +322,8 @@ def test_some_renderer_lies_outside_of_each_smaller_ball(seen, operand):
     small = given.copy()
     small[:, operand % 6, 1] *= 0.5 if operand < 6 else 1
     narrow, fewer = bounds(small, rows, ERRORS * (1 if operand < 6 else 0.25))
-    changed, doubted = (narrow != found).any(axis=(0, 2)), (fewer != doubts).any(axis=(0, 2))
+    changed = (narrow != found).any(axis=(0, 2))
+    doubted = (fewer != doubts).any(axis=(0, 2))
     off = abs(made.astype(float) - narrow[:, None, :, 0]) > narrow[:, None, :, 1] * SAFETY
     assert changed.sum() >= 7
     changed[list(CONSTANT)] = False

@@ -16,25 +16,31 @@ def bounded(texels, places, off, by, made):
     """Values and errors between texels (N, 4) at places (N, 2), each off by so much."""
     zero = ball_of(0.0, 0.0, by)
     for i in range(len(texels)):
-        x, y = Ball(places[i, 0], off, zero), Ball(places[i, 1], off, zero)
-        a, b = Ball(texels[i, 0], 0.0, zero), Ball(texels[i, 1], 0.0, zero)
-        c, d = Ball(texels[i, 2], 0.0, zero), Ball(texels[i, 3], 0.0, zero)
+        x = Ball(places[i, 0], off, zero)
+        y = Ball(places[i, 1], off, zero)
+        a = Ball(texels[i, 0], 0.0, zero)
+        b = Ball(texels[i, 1], 0.0, zero)
+        c = Ball(texels[i, 2], 0.0, zero)
+        d = Ball(texels[i, 3], 0.0, zero)
         found = blended(Corners(0, 0, 0, 0, x, y), a, b, c, d)
         made[i, 0], made[i, 1] = found.value, found.error
 
 
 def by_lines(x, y, a, b, c, d):
-    upper, lower = a + x * (b - a), c + x * (d - c)
+    upper = a + x * (b - a)
+    lower = c + x * (d - c)
     return upper + y * (lower - upper)
 
 
 def by_weights(x, y, a, b, c, d):
-    u, v = 1 - x, 1 - y
+    u = 1 - x
+    v = 1 - y
     return ((u * v) * a + (x * v) * b) + ((u * y) * c + (x * y) * d)
 
 
 def by_weights_in_another_order(x, y, a, b, c, d):
-    u, v = 1 - x, 1 - y
+    u = 1 - x
+    v = 1 - y
     return (((x * d) * y + (c * u) * y) + (b * v) * x) + (a * v) * u
 
 

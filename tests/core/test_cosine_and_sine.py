@@ -78,7 +78,8 @@ def test_balls_hold_what_all_their_numbers_give_and_hardly_more(absolute):
 
 
 def test_exact_numbers_have_the_exact_values_and_bounds_of_what_rounding_makes_of_them():
-    single, exact = Arithmetic.of("float32"), Arithmetic()
+    single = Arithmetic.of("float32")
+    exact = Arithmetic()
     for angle in ANGLES:
         found = exact.given(np.float32(angle)).cosine_and_sine()
         with mpmath.workprec(300):

@@ -21,7 +21,8 @@ def test_it_is_made_in_float64_and_rounded_once(dtype):
 
 
 def test_an_exact_number_has_the_exact_value_and_a_bound_of_what_rounding_makes_of_it():
-    single, exact = Arithmetic.of("float32"), Arithmetic()
+    single = Arithmetic.of("float32")
+    exact = Arithmetic()
     for exponent in EXPONENTS[1:]:
         x = np.float32(exponent)
         found = exponential(exact.given(x))

@@ -90,7 +90,8 @@ def test_a_change_of_a_callee_is_not_hidden_by_the_cache(package, tmp_path):
 
 def test_code_is_kept_beside_the_sources_else_in_the_users_cache_folder_else_nowhere(package, tmp_path):
     copy, env = package
-    beside, home = copy / "core" / "__pycache__", tmp_path / "home"
+    beside = copy / "core" / "__pycache__"
+    home = tmp_path / "home"
     assert Path(first_call(env)[2]).is_relative_to(beside)
     shutil.rmtree(beside)
     beside.write_text("a file, in which nobody can make a folder")
@@ -207,5 +208,6 @@ def test_max_and_min_of_kernels_are_pythons(kinds):
     kernel = extremes_of_two if len(kinds) == 2 else extremes_of_three
     values = {float: [1.5, np.nan, -2.0, 0.0, -0.0]}
     for numbers in itertools.product(*(values.get(kind, [kind(3), kind(0), kind(7)]) for kind in kinds)):
-        got, want = np.array(kernel(*numbers), float), np.array([max(numbers), min(numbers)], float)
+        got = np.array(kernel(*numbers), float)
+        want = np.array([max(numbers), min(numbers)], float)
         np.testing.assert_array_equal(got.view(np.int64), want.view(np.int64))

@@ -16,9 +16,14 @@ SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.1, 3.0, np.nan, np.inf, -np.inf, 1e-40, -1e-4
 @kernel
 def by_compiler(given, made):
     for i in range(given.shape[0]):
-        x, y, z = as_float(given[i, 0]), as_float(given[i, 1]), as_float(given[i, 2])
-        u, v, w = as_float(given[i, 3]), as_float(given[i, 4]), as_float(given[i, 5])
-        one, more = operations(x, y, z), several(x, y, z, u, v, w)
+        x = as_float(given[i, 0])
+        y = as_float(given[i, 1])
+        z = as_float(given[i, 2])
+        u = as_float(given[i, 3])
+        v = as_float(given[i, 4])
+        w = as_float(given[i, 5])
+        one = operations(x, y, z)
+        more = several(x, y, z, u, v, w)
         for k in range(len(one)):
             made[i, k] = plain(one[k])
         for k in range(len(more)):
@@ -39,7 +44,8 @@ def test_formulas_have_the_bits_of_python(dtype):
     right = by_python(given)
     made = np.empty_like(right)
     by_compiler(given, made)
-    there, integer = ~np.isnan(right), f"i{given.itemsize}"
+    there = ~np.isnan(right)
+    integer = f"i{given.itemsize}"
     np.testing.assert_array_equal(np.isnan(made), ~there)
     np.testing.assert_array_equal(made[there].view(integer), right[there].view(integer))
 

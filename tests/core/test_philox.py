@@ -28,7 +28,9 @@ def hexadecimal(text):
 
 @pytest.mark.parametrize(("counter", "key", "result"), KNOWN)
 def test_known_answers(counter, key, result):
-    counter, key, result = hexadecimal(counter), hexadecimal(key), hexadecimal(result)
+    counter = hexadecimal(counter)
+    key = hexadecimal(key)
+    result = hexadecimal(result)
     assert tuple(int(word) for word in philox.philox4x32(*counter, *key)) == result
     assert reference.philox4x32(counter, key) == result
 

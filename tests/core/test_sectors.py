@@ -41,7 +41,9 @@ def of_floats(pairs, masks, counts, flags):
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_sectors_of_floats_are_those_from_the_first_to_before_the_last(dtype):
-    masks, counts, flags = np.zeros(len(PAIRS), np.uint32), np.zeros(len(PAIRS), dtype), np.zeros((len(PAIRS), MOST))
+    masks = np.zeros(len(PAIRS), np.uint32)
+    counts = np.zeros(len(PAIRS), dtype)
+    flags = np.zeros((len(PAIRS), MOST))
     of_floats(PAIRS.astype(dtype), masks, counts, flags)
     for (first, last), mask, count, own in zip(PAIRS.tolist(), masks, counts, flags, strict=True):
         assert numbers_in(mask) == set(range(first, last)) == set(np.flatnonzero(own))
@@ -55,16 +57,24 @@ def of_balls(given, made, counts, by):
     """Sectors, joined with others and chosen in doubt, for sure and perhaps; given: (N, 4, 2), values and errors."""
     zero = ball_of(0.0, 0.0, by)
     for i in range(len(given)):
-        a, b = Ball(given[i, 0, 0], given[i, 0, 1], zero), Ball(given[i, 1, 0], given[i, 1, 1], zero)
-        c, d = Ball(given[i, 2, 0], given[i, 2, 1], zero), Ball(given[i, 3, 0], given[i, 3, 1], zero)
-        x, y = sectors_between(a, b), sectors_between(c, d)
-        both, either = joined(x, y), select(Doubt(True, False), x, y)
-        hull, count = state_between(join_ends(join_ends(no_ends(x), ends_of(x)), y), zero), sector_count(both, zero)
-        sure, never, every = select(Doubt(True, True), x, y), select(Doubt(False, False), x, y), any_ends(x)
+        a = Ball(given[i, 0, 0], given[i, 0, 1], zero)
+        b = Ball(given[i, 1, 0], given[i, 1, 1], zero)
+        c = Ball(given[i, 2, 0], given[i, 2, 1], zero)
+        d = Ball(given[i, 3, 0], given[i, 3, 1], zero)
+        x = sectors_between(a, b)
+        y = sectors_between(c, d)
+        both = joined(x, y)
+        either = select(Doubt(True, False), x, y)
+        hull = state_between(join_ends(join_ends(no_ends(x), ends_of(x)), y), zero)
+        count = sector_count(both, zero)
+        sure = select(Doubt(True, True), x, y)
+        never = select(Doubt(False, False), x, y)
+        every = any_ends(x)
         for k, each in enumerate((x, both, either, hull, sure, never, every)):
             made[i, k, 0], made[i, k, 1] = each.must, each.may
         for k in range(MOST):
-            surely, perhaps = sector_is_set(both, k).must, sector_is_set(both, k).may
+            surely = sector_is_set(both, k).must
+            perhaps = sector_is_set(both, k).may
             made[i, 7, 0] |= np.uint32(int(surely) << k)
             made[i, 7, 1] |= np.uint32(int(perhaps) << k)
         counts[i, 0], counts[i, 1] = count.value - count.error, count.value + count.error
@@ -78,7 +88,8 @@ def test_sectors_of_balls_hold_those_of_all_numbers_in_them_and_no_more():
     rng = np.random.default_rng(11)
     given = np.stack([rng.integers(0, MOST + 1, (400, 4)), rng.choice([0.0, 1e-6, 0.5, 1.0, 2.5], (400, 4))], axis=2)
     given[:, :, 0] += rng.choice([0.0, 0.5], (400, 4)) * (given[:, :, 1] >= 0.5)  # whole numbers are in each
-    made, counts = np.zeros((len(given), 8, 2), np.uint32), np.zeros((len(given), 2))
+    made = np.zeros((len(given), 8, 2), np.uint32)
+    counts = np.zeros((len(given), 2))
     of_balls(given, made, counts, np.zeros(5))
     for numbers, found, (fewest, most) in zip(given, made, counts, strict=True):
         a, b, c, d = (whole_of(*each) for each in numbers)
@@ -96,7 +107,8 @@ def test_sectors_of_balls_hold_those_of_all_numbers_in_them_and_no_more():
 def test_sectors_of_unknown_numbers_are_unknown():
     given = np.zeros((1, 4, 2))
     given[0, :2, 1] = UNKNOWN
-    made, counts = np.zeros((1, 8, 2), np.uint32), np.zeros((1, 2))
+    made = np.zeros((1, 8, 2), np.uint32)
+    counts = np.zeros((1, 2))
     of_balls(given, made, counts, np.zeros(5))
     assert made[0, 0].tolist() == [0, 2**MOST - 1]
     assert counts[0].tolist() == [0, MOST]

@@ -27,7 +27,8 @@ def test_a_job_leaves_it_as_it_was(tmp_path):
 
 
 def test_items_are_made_before_they_are_asked_for_and_what_one_raises_is_raised():
-    made, second = [], threading.Event()
+    made = []
+    second = threading.Event()
 
     def items():
         for n in (1, 2):

@@ -41,11 +41,13 @@ def parts_of(height=3):
 def test_every_bit_and_name_is_kept(tmp_path, height):
     """By OpenImageIO alone, and by read_exr."""
     write_exr(tmp_path / "a.exr", parts_of(height))
-    alone, ours = read_parts(tmp_path / "a.exr"), read_exr(tmp_path / "a.exr")
+    alone = read_parts(tmp_path / "a.exr")
+    ours = read_exr(tmp_path / "a.exr")
     assert [spec["name"] for spec, _ in alone] == list(ours) == [part.name for part in parts_of()]
     for part, (spec, found) in zip(parts_of(height), alone, strict=True):
         assert (found.dtype, spec["compression"]) == (np.float32, part.compression)
-        channels, again = by_channel(spec, found), ours[part.name]
+        channels = by_channel(spec, found)
+        again = ours[part.name]
         assert set(channels) == set(part.channels) == set(again.channels)
         assert again.attributes == part.attributes
         for k, name in enumerate(part.channels):

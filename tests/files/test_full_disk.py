@@ -79,7 +79,8 @@ def fail_calls_of_a_job(folder):
     """A row for each call from which on a disk is full: files, broken ones, exit code, sentence, the same resumed."""
     right = folder / "right"
     main(["render", *COMMAND, "-o", str(right)])
-    rows, log = [], folder / "log"
+    rows = []
+    log = folder / "log"
 
     def job(out, *more):
         os.dup2(os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)

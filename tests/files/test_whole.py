@@ -41,7 +41,8 @@ def test_temporary_names_cannot_be_guessed_and_links_in_their_place_are_not_foll
         write_whole(tmp_path / "a.txt", lambda part: names.append(part.name) or part.write_text("x"))
     assert len(set(names)) == 2
     monkeypatch.setattr("secrets.token_hex", lambda _: "f" * 16)
-    victim, planted = tmp_path / "victim", tmp_path / f".a.{_namespace()}.{os.getpid()}.{'f' * 16}.part.txt"
+    victim = tmp_path / "victim"
+    planted = tmp_path / f".a.{_namespace()}.{os.getpid()}.{'f' * 16}.part.txt"
     victim.write_text("mine")
     planted.symlink_to(victim)
     with pytest.raises(InputError, match="cannot be written"):

@@ -7,7 +7,8 @@ from refusals import is_refused
 import lfssao
 from lfssao.scene.mesh import Paint
 
-MESH, DISPLAY = lfssao.builtin_scene("corner"), lfssao.find_display("virtual").with_resolution(8, 6)
+MESH = lfssao.builtin_scene("corner")
+DISPLAY = lfssao.find_display("virtual").with_resolution(8, 6)
 (VIEW,) = lfssao.module_views(MESH, DISPLAY)
 CASTER = lfssao.RayCaster(MESH, VIEW.cast_from_world)
 
@@ -40,9 +41,11 @@ def test_what_is_right_in_another_type_is_taken():
 
 
 def test_paint_in_other_types_has_the_same_colors():
-    vertices, faces = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    vertices = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
     texture = np.random.default_rng(3).random((4, 4, 3)).astype(np.float16)
-    colors, uv = np.float16([[1, 0, 0.5]] * 4), np.float32([[0, 0], [1, 0], [1, 1], [0, 1]])
+    colors = np.float16([[1, 0, 0.5]] * 4)
+    uv = np.float32([[0, 0], [1, 0], [1, 1], [0, 1]])
     paints = [
         Paint(np.ones((1, 3), kind), np.zeros(2, whole), (texture.astype(kind),), uv.astype(kind), colors.astype(kind))
         for kind, whole in ((np.float32, np.int32), (np.float16, np.uint8), (">f8", ">i8"))

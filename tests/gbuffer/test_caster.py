@@ -131,7 +131,8 @@ def test_embree_that_lies(monkeypatch, name):
     monkeypatch.setattr(rasterize, "MOST_PAIRS", 0.0)  # rasterisation does not ask Embree
     truth = caster.gbuffer(view)
     assert len(np.unique(truth.triangle)) > 10
-    rng, asked = np.random.default_rng(0), []
+    rng = np.random.default_rng(0)
+    asked = []
     for lie in (
         lambda n: np.full(n, -1, np.int32),
         lambda n: rng.integers(-1, len(mesh.faces), n).astype(np.int32),
@@ -181,7 +182,8 @@ def test_embree_proposes_what_is_seen():
 @pytest.mark.parametrize("name", ["left", "perspective", "orthographic"])
 def test_depths_on_given_triangles_equal_the_reference(monkeypatch, scene, name):
     """Triangles that rays hit, pass by, and see from behind or edge on."""
-    view, rng = scenes.VIEWS[name](31, 22), np.random.default_rng(3)
+    view = scenes.VIEWS[name](31, 22)
+    rng = np.random.default_rng(3)
     mesh = in_world(scene, view, rng)
     mesh = Mesh(mesh.vertices, mesh.faces, painted(rng, mesh, textured=False, colored=True))
     caster = RayCaster(mesh, view.cast_from_world)
@@ -200,7 +202,8 @@ def test_depths_on_given_triangles_equal_the_reference(monkeypatch, scene, name)
 @NEEDS_EMBREE
 @pytest.mark.parametrize("name", ["sample-a", "convex"])
 def test_embrees_own_answers_differ_in_few_texels(name):
-    mesh, display = builtin_scene("ammonite"), find_display(name).with_resolution(160, 120)
+    mesh = builtin_scene("ammonite")
+    display = find_display(name).with_resolution(160, 120)
     (view,) = module_views(mesh, display, range(3, 4))
     caster = RayCaster(mesh, view.cast_from_world)
     exact, embree = (caster.gbuffer(view, normals="smooth", caster=name) for name in ("exact", "embree"))

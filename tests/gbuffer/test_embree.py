@@ -19,7 +19,8 @@ def hidden(tmp_path_factory):
 @pytest.mark.slow
 def test_textures_have_the_golden_digests(hidden):
     """Those of a flat display, of a curved one, and of cameras."""
-    groups, expected = ("sample-a", "convex", "cameras"), json.loads(golden.GOLDEN.read_text())
+    groups = ("sample-a", "convex", "cameras")
+    expected = json.loads(golden.GOLDEN.read_text())
     assert json.loads(python(golden.__file__, *groups, **hidden).stdout) == {name: expected[name] for name in groups}
 
 

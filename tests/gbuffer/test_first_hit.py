@@ -43,7 +43,8 @@ def test_two_sum_and_two_product_lose_nothing(a, b):
 @st.composite
 def nearly_equal_products(draw):
     """Four numbers a, b, c, d with a b and c d equal but for a few units in the last place, or less."""
-    a, b = draw(number), draw(number)
+    a = draw(number)
+    b = draw(number)
     how = draw(st.sampled_from(["same", "swapped", "scaled", "quotient", "free"]))
     if how == "free":
         return a, b, draw(number), draw(number)
@@ -52,7 +53,8 @@ def nearly_equal_products(draw):
         d = a * b / c if c else b
     elif how == "scaled":
         power = 2.0 ** draw(st.integers(-30, 30))
-        c, d = a * power, b / power
+        c = a * power
+        d = b / power
     else:
         c, d = (a, b) if how == "same" else (b, a)
     return a, b, nudged(c, draw(ulps)) if c else c, nudged(d, draw(ulps)) if d else d
@@ -67,7 +69,8 @@ def test_differences_of_products_have_the_sign_of_fractions(four):
         assert (value > 0) - (value < 0) == raycast.exact_sign(*four)
     # All four parts are in the sum: it is the exact difference, rounded.
     assert abs(Fraction(exact_difference(*four)) - exact) <= abs(exact) / 2**52
-    p, q = a * b, c * d
+    p = a * b
+    q = c * d
     if abs(p - q) <= 2.0**-50 * (abs(p) + abs(q)):
         assert bits(edge_function(*four)) == bits(exact_difference(*four))
     else:
@@ -93,7 +96,8 @@ def test_every_triangle_is_in_one_leaf_and_in_all_boxes_above(n):
     assert tree.boxes.shape == (2 * leaves - 1, 6)
     assert sorted(tree.order) == list(range(n))
     assert tree.place_of[tree.order].tolist() == list(range(n))
-    corners, nodes = vertices[faces[tree.order]], leaves - 1 + np.arange(n) // bvh.LEAF
+    corners = vertices[faces[tree.order]]
+    nodes = leaves - 1 + np.arange(n) // bvh.LEAF
     np.testing.assert_array_equal(tree.corners, corners.reshape(n, 9))
     for _ in range(leaves.bit_length()):  # from the leaves up to the root
         assert (tree.boxes[nodes, None, :3] < corners).all()
@@ -105,8 +109,10 @@ def test_every_triangle_is_in_one_leaf_and_in_all_boxes_above(n):
 def test_morton_order():
     """The bits of the three coordinates in turn, 21 of each, x lowest, of the middle of each triangle's box."""
     rng = np.random.default_rng(2)
-    vertices, faces = rng.uniform(-1, 1, (90, 3)), np.arange(90).reshape(30, 3).astype(np.int32)
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    vertices = rng.uniform(-1, 1, (90, 3))
+    faces = np.arange(90).reshape(30, 3).astype(np.int32)
+    low = vertices.min(axis=0)
+    high = vertices.max(axis=0)
     codes = np.empty(30, np.uint64)
     bvh.morton_codes(vertices, faces, low, high - low, codes)
     for face, code in zip(faces, codes.tolist(), strict=True):
@@ -127,7 +133,8 @@ def check(view, vertices, faces, rng, each=False):
     """
     want = raycast.first_hits(scenes.texel_rays(view), vertices[faces])
     tree = TriangleTree(vertices, faces)
-    step, shape = first_hit.TILE, scenes.tiles(view)
+    step = first_hit.TILE
+    shape = scenes.tiles(view)
     textures = want.triangle.reshape(view.height, view.width)
     near = rng.integers(0, step, shape) + np.mgrid[: shape[0], : shape[1]] * step
     right = textures[np.minimum(near[0], view.height - 1), np.minimum(near[1], view.width - 1)]

@@ -65,9 +65,11 @@ def test_nearest_filter_gives_only_colours_of_the_texture():
     mesh = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), paint)
     view = Camera.looking_at(mesh.bounds + np.array([[0, 0, -0.1], [0, 0, 0.1]]), "orthographic").view(40, 40)
     caster = RayCaster(mesh, view.cast_from_world)
-    nearest, bilinear = caster.gbuffer(view, "nearest"), caster.gbuffer(view, "bilinear")
+    nearest = caster.gbuffer(view, "nearest")
+    bilinear = caster.gbuffer(view, "bilinear")
     surface = nearest.triangle >= 0
-    x, y = nearest.positions[surface][:, 0], nearest.positions[surface][:, 1]
+    x = nearest.positions[surface][:, 0]
+    y = nearest.positions[surface][:, 1]
     clear = (np.abs(x - 0.5) > 1e-3) & (np.abs(y - 0.5) > 1e-3)
     expected = texture[(y < 0.5).astype(int), (x > 0.5).astype(int)]
     assert np.array_equal(nearest.color[surface][clear], expected[clear])
@@ -85,12 +87,15 @@ def test_unknown_layers_are_refused(statue):
 
 @pytest.mark.parametrize("guard", [1, 7, 32])
 def test_a_guard_band_adds_texels_and_changes_none(statue, guard):
-    plain, banded = view_of(statue), view_of(statue, guard)
+    plain = view_of(statue)
+    banded = view_of(statue, guard)
     caster = RayCaster(statue, plain.cast_from_world)
-    inner, outer = caster.gbuffer(plain), caster.gbuffer(banded)
+    inner = caster.gbuffer(plain)
+    outer = caster.gbuffer(banded)
     crop = slice(guard, -guard), slice(guard, -guard)
     assert outer.depth.shape == (48 + 2 * guard, 64 + 2 * guard)
     for name in ("depth", "positions", "color"):
-        a, b = getattr(inner, name), np.ascontiguousarray(getattr(outer, name)[crop])
+        a = getattr(inner, name)
+        b = np.ascontiguousarray(getattr(outer, name)[crop])
         assert np.array_equal(a.view(np.int32), b.view(np.int32))
     assert np.array_equal(inner.triangle, outer.triangle[crop])

@@ -22,7 +22,8 @@ VIEWS = sorted(scenes.VIEWS)
 def bound(view, vertices, faces, rows=None, scale=9.1):
     """Texels of corners, and bounds of triangles."""
     rows = rows or range(view.height)
-    texels, bounds = np.empty((len(vertices), 4), np.int32), np.empty((len(faces), 4), np.int32)
+    texels = np.empty((len(vertices), 4), np.int32)
+    bounds = np.empty((len(faces), 4), np.int32)
     axes = image_axes(view, rows, scale, scale)
     kernels.bound_corners(view.width, len(rows), *axes, np.array(vertices), texels)
     kernels.bound_triangles(view.width, len(rows), faces, texels, bounds)
@@ -53,12 +54,14 @@ def test_texels_of_corners_hold_their_images(name, top, seed, deep):
 
     Corners lie on texels' rays, a few of the last digits beside them, and anywhere.
     """
-    view, rng = scenes.VIEWS[name](31, 17), np.random.default_rng(seed)
+    view = scenes.VIEWS[name](31, 17)
+    rng = np.random.default_rng(seed)
     u, v = scenes.centres(view, rng, 40)
     points = np.concatenate([scenes.at(view, u, v, rng.uniform(-deep, deep, 40)), scenes.anywhere(view, rng, 20, deep)])
     points[:30] += points[:30] * rng.integers(-4, 5, (30, 3)) * 2.0**-52
     texels, _ = bound(view, points, np.zeros((0, 3), np.int32), range(top, 17))
-    columns, rows = np.arange(31), np.arange(top, 17)
+    columns = np.arange(31)
+    rows = np.arange(top, 17)
     ox, _, dx, _, _, _ = raycast.rays_at(*view.rays, columns + 0.5, np.full(1, 0.5))
     _, oy, _, dy, _, _ = raycast.rays_at(*view.rays, np.full(1, 0.5), rows + 0.5)
     rising = np.sign(view.lens[[4, 6]]) if view.rays.kind == raycast.CROSSED_SLITS else np.array([1.0, -1.0])
@@ -66,9 +69,11 @@ def test_texels_of_corners_hold_their_images(name, top, seed, deep):
     assert bounded.sum() >= 20
     for point, held in zip(points[bounded], texels[bounded].reshape(-1, 2, 2).tolist(), strict=True):
         x, y, z = point
-        p, q = rising[0] * (x - (ox + dx * z)), rising[1] * (y - (oy + dy * z))
+        p = rising[0] * (x - (ox + dx * z))
+        q = rising[1] * (y - (oy + dy * z))
         for exact, start, moved, (low, high) in zip(image_of(view, point), (0, top), (p, q), held, strict=True):
-            size, place = len(moved), exact - start - Fraction(1, 2)
+            size = len(moved)
+            place = exact - start - Fraction(1, 2)
             margins = Fraction(1, 2048), Fraction(3, 2048)
             lows = [min(max(ceil(place - margin), -1), size) for margin in margins]
             highs = [min(max(floor(place + margin), -1), size) for margin in margins]
@@ -81,7 +86,8 @@ def test_texels_of_corners_hold_their_images(name, top, seed, deep):
 def test_where_rounding_is_not_bounded_a_triangle_may_cover_anything():
     view = scenes.VIEWS["virtual"](8, 6)
     _, m_z, _, z_o = view.lens[:4]
-    rows, face = range(view.height), np.array([[0, 1, 2]], np.int32)
+    rows = range(view.height)
+    face = np.array([[0, 1, 2]], np.int32)
     for z, bounded in (
         (0.99 * m_z, True), (0.997 * m_z, False), (m_z, False), (2 * m_z, False), (0.999 * z_o, False),
     ):  # fmt: skip
@@ -129,11 +135,14 @@ def test_every_texel_that_a_triangle_is_hit_in_is_a_candidate(name, top):
 
     Each by itself: where triangles share an edge, one of them may hide what is missing of the other.
     """
-    view, rng = scenes.VIEWS[name](23, 19), np.random.default_rng(3)
+    view = scenes.VIEWS[name](23, 19)
+    rng = np.random.default_rng(3)
     near = []
     for beside in (0.0, 0.06, 2.0):  # texels, of all corners
-        u, v = rng.integers(0, 23, (400, 1)) + 0.5, rng.integers(0, 19, (400, 1)) + 0.5
-        columns, rows = rng.integers(-3, 4, (400, 3)), rng.integers(-2, 3, (400, 3))
+        u = rng.integers(0, 23, (400, 1)) + 0.5
+        v = rng.integers(0, 19, (400, 1)) + 0.5
+        columns = rng.integers(-3, 4, (400, 3))
+        rows = rng.integers(-2, 3, (400, 3))
         near.append([n + whole + rng.uniform(-beside, beside, (400, 3)) for n, whole in ((u, columns), (v, rows))])
     share = rng.uniform(-0.8, 0.8, (400, 1)) + rng.choice([0.0, 0.012, 0.08], (400, 1)) * rng.uniform(-1, 1, (400, 3))
     vertices = np.concatenate([scenes.at(view, *place, share).reshape(-1, 3) for place in near])

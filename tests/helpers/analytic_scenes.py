@@ -16,7 +16,8 @@ import trimesh
 
 from lfssao import Buffers, Camera, Display, Mesh, Module, View
 
-WIDTH, HEIGHT = 48, 36
+WIDTH = 48
+HEIGHT = 36
 STEP = 0.125  # height of the step
 BALL = 0.125  # radius of the sphere, which touches the plane at the origin
 TILT = (0.25, -0.375)  # dz/dx, dz/dy of the tilted plane
@@ -45,15 +46,20 @@ def texel_centres(width, height):
 
 def camera(projection, width=WIDTH, height=HEIGHT):
     """From (0, 0, 2) straight down on the origin, 0.75 high there; planes at 1 and 3."""
-    near, far = 1.0, 3.0
+    near = 1.0
+    far = 3.0
     view = Camera(projection, (0, 0, 2), (0, 0, 0), (0, 1, 0), 0.75, near, far).view(width, height)
     u, v = texel_centres(width, height)
-    x, y = (u - width / 2) * 0.75 / height, (height / 2 - v) * 0.75 / height
-    zero, one = np.zeros_like(x), np.ones_like(x)
+    x = (u - width / 2) * 0.75 / height
+    y = (height / 2 - v) * 0.75 / height
+    zero = np.zeros_like(x)
+    one = np.ones_like(x)
     if projection == "orthographic":
-        origin, direction = np.stack([x, y, 2 * one], -1), np.stack([zero, zero, -one], -1)
+        origin = np.stack([x, y, 2 * one], -1)
+        direction = np.stack([zero, zero, -one], -1)
         return Sight(view, origin, direction, near, far, lambda t: (t - near) / (far - near))
-    origin, direction = np.stack([zero, zero, 2 * one], -1), np.stack([x / 2, y / 2, -one], -1)
+    origin = np.stack([zero, zero, 2 * one], -1)
+    direction = np.stack([x / 2, y / 2, -one], -1)
     return Sight(view, origin, direction, near, far, lambda t: far / (far - near) * (1 - near / t))
 
 
@@ -62,16 +68,26 @@ def module(diffuser, width=WIDTH, height=HEIGHT):
 
     The linear diffuser has the crossed slits' mapping, the conical one that of any display.
     """
-    m_x, m_y, m_z, y_o, z_o = 0.3, 0.1, 0.9, 0.05, -2.0
+    m_x = 0.3
+    m_y = 0.1
+    m_z = 0.9
+    y_o = 0.05
+    z_o = -2.0
     roi = ((-0.5, -0.375, -0.5), (0.5, 0.375, 0.5))
     display = Display("analytic", 1.0, 0.75, y_o, z_o, (Module(m_x, m_y, m_z, width, height),), roi, diffuser)
     u, v = texel_centres(width, height)
-    s_x, s_y = u / width - 0.5, 0.75 * (0.5 - v / height)
-    slope_x, far = (m_x - s_x) / m_z, m_z
+    s_x = u / width - 0.5
+    s_y = 0.75 * (0.5 - v / height)
+    slope_x = (m_x - s_x) / m_z
+    far = m_z
     if diffuser == "conical":  # DESIGN section 2: the ray meets the observers at s_x + (s_x - m_x) h_e / h_m
-        h_m, h_e = np.sqrt((s_y - m_y) ** 2 + m_z**2), np.sqrt((s_y - y_o) ** 2 + z_o**2)
-        slope_x, far = (s_x - m_x) * h_e / h_m / z_o, 0.75
-    slope_y, zero, one = (y_o - s_y) / z_o, np.zeros_like(s_x), np.ones_like(s_x)
+        h_m = np.sqrt((s_y - m_y) ** 2 + m_z**2)
+        h_e = np.sqrt((s_y - y_o) ** 2 + z_o**2)
+        slope_x = (s_x - m_x) * h_e / h_m / z_o
+        far = 0.75
+    slope_y = (y_o - s_y) / z_o
+    zero = np.zeros_like(s_x)
+    one = np.ones_like(s_x)
     view = display.view(0, np.diag([1.0, 1.0, -1.0, 0.0])[:3])
     return Sight(
         view, np.stack([s_x, s_y, zero], -1), np.stack([slope_x, slope_y, -one], -1), z_o, far, lambda t: t
@@ -105,7 +121,8 @@ def sphere(middle, radius):
     """The side of a sphere that rays from outside meet."""
 
     def meet(origin, direction):
-        a, b = (direction**2).sum(-1), ((origin - middle) * direction).sum(-1)
+        a = (direction**2).sum(-1)
+        b = ((origin - middle) * direction).sum(-1)
         c = ((origin - middle) ** 2).sum(-1) - radius**2
         with np.errstate(invalid="ignore"):
             t = (-b - np.sqrt(b * b - a * c)) / a
@@ -146,7 +163,8 @@ def sphere_mesh(times=5):
     return Mesh(vertices, np.concatenate([ball.faces, ground.faces + len(ball.vertices)]))
 
 
-UP, HALF = np.array([0.0, 0.0, 1.0]), sqrt(0.5)
+UP = np.array([0.0, 0.0, 1.0])
+HALF = sqrt(0.5)
 TILTED = np.array([-TILT[0], -TILT[1], 1.0]) / sqrt(1 + TILT[0] ** 2 + TILT[1] ** 2)
 RIGHT, LEFT = np.array([-HALF, 0.0, HALF]), np.array([HALF, 0.0, HALF])  # normals of z = x and of z = -x
 

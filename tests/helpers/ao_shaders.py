@@ -29,7 +29,8 @@ class Frame:
         parts = read_exr(folder / entry["file"])
         self.textures = {name: np.squeeze(part.pixels) for name, part in parts.items()}
         self.options, (self.radius,) = self.settings["parameters"], self.settings["radii"]
-        rotation, seed = self.settings["rotation"], self.settings["rotation_seed"]
+        rotation = self.settings["rotation"]
+        seed = self.settings["rotation_seed"]
         self.angles = np.zeros_like(self.textures["depth"])
         if rotation == "angles":
             self.angles = np.load(folder / "angles.npy")
@@ -72,13 +73,16 @@ class Frame:
 def levels_of(frame):
     count, (width, height) = 1, frame.size
     while count <= frame.options["max_level"] and max(width, height) > 1:
-        width, height, count = -(-width // 2), -(-height // 2), count + 1
+        width = -(-width // 2)
+        height = -(-height // 2)
+        count = count + 1
     return count if frame.options["mip"] != "none" else 1
 
 
 def numbers_of(frame):
     """The uniforms of each shader's estimator, in world units."""
-    o, r = frame.options, 1.0 if frame.settings["units"] == "world" else frame.radius
+    o = frame.options
+    r = 1.0 if frame.settings["units"] == "world" else frame.radius
     if frame.settings["estimator"] == "sao":
         made = {"intensity": o["intensity"] * r, "beta": o["beta"] * r, "epsilon": o["epsilon"] * r * r}
         turns = o["turns"] or turns_of(o["taps"])

@@ -32,7 +32,8 @@ from lfssao.verify.bounds.points import point_bounds
 from lfssao.verify.kit.cases import RECIPES
 from lfssao.verify.kit.stages import STAGES
 
-HEIGHT, WIDTH = 43, 85
+HEIGHT = 43
+WIDTH = 85
 FACES = np.arange(90, dtype=np.int32).reshape(30, 3)
 ROI = ((-0.4, -0.3, -0.3), (0.4, 0.3, 0.3))
 DISPLAY = Display("batch", 1.0, 0.75, 0.1, -2.0, (Module(0.3, 0.0, 0.7, WIDTH, HEIGHT),), ROI)
@@ -54,11 +55,13 @@ def occlusions():
     """AO and what follows it in float64."""
     rng = np.random.default_rng(1)
     samples = make_samples("latin", 12, 9, 0.2, 1.0)
-    module, camera = DISPLAY.view(0, WORLD), CAMERA.view(WIDTH, HEIGHT)
+    module = DISPLAY.view(0, WORLD)
+    camera = CAMERA.view(WIDTH, HEIGHT)
     depth = depth_texture(rng, np.float64, -0.3, 0.3)
     positions = rng.uniform(-0.7, 0.7, (HEIGHT, WIDTH, 3))
     forth = camera.world_to_image.numbers.reshape(4, 4)
-    layers, turns = [], texel_turns("hash", HEIGHT, WIDTH, 2**63 + 1, depth.dtype)
+    layers = []
+    turns = texel_turns("hash", HEIGHT, WIDTH, 2**63 + 1, depth.dtype)
     for radius in (0.05, 0.4):
         layers.append(algorithm2(depth, positions, module.world_to_image, samples, radius, turns))
         layers.append(algorithm2(depth, positions, module.world_to_image, samples, radius))
@@ -84,7 +87,8 @@ def occlusions():
 def accepted():
     """The oracle's bounds: of AO for each kind of mapping and both algorithms, of the blur, of the depth stage."""
     rng = np.random.default_rng(7)
-    samples, camera = make_samples("latin", 12, 9, 0.2, 1.0), CAMERA.view(WIDTH, HEIGHT)
+    samples = make_samples("latin", 12, 9, 0.2, 1.0)
+    camera = CAMERA.view(WIDTH, HEIGHT)
     general = replace(DISPLAY, diffuser="conical").view(0, WORLD)
     depth = depth_texture(rng, np.float32, -0.3, 0.3)
     positions = rng.uniform(-0.7, 0.7, (HEIGHT, WIDTH, 3)).astype(np.float32)
@@ -99,9 +103,11 @@ def accepted():
     yield "accepted points", np.array([found.lower, found.upper, found.undecided])
     blurred = post.blur_bounds(found, 0.7)
     yield "accepted blur", np.array([blurred.lower, blurred.upper])
-    vertices, faces = rng.uniform(-0.3, 0.3, (40, 3)), rng.integers(0, 40, (30, 3)).astype(np.int32)
+    vertices = rng.uniform(-0.3, 0.3, (40, 3))
+    faces = rng.integers(0, 40, (30, 3)).astype(np.int32)
     triangles = rng.integers(0, 30, (9, HEIGHT * WIDTH)).astype(np.int32)
-    lower, upper = np.empty(triangles.shape), np.empty(triangles.shape)
+    lower = np.empty(triangles.shape)
+    upper = np.empty(triangles.shape)
     view = DISPLAY.view(0, WORLD)
     depth_kernels.depth_ranges(view.rays, WIDTH, 0.01, vertices, faces, triangles, lower, upper)
     yield "depth ranges", np.array([lower, upper])
@@ -139,10 +145,13 @@ def batches():
     """Rays of rounds as arrays, and the sums of distances that are drawn."""
     rng = np.random.default_rng(7)
     seen = analytic_scenes.buffers("tilted plane", analytic_scenes.SIGHTS["perspective"](9, 7))
-    positions, normals = seen.positions.reshape(-1, 3), seen.normals.reshape(-1, 3)
+    positions = seen.positions.reshape(-1, 3)
+    normals = seen.normals.reshape(-1, 3)
     begun = truth_kernels.Begun(np.empty(63, np.int64), np.empty((63, 3)), np.empty((63, 3, 3)))
     assert truth_kernels.begin_texels(np.arange(63), positions, normals, 0.01, begun) == 63
-    totals, squares, errors = np.zeros(63), np.zeros(63), np.zeros(63)
+    totals = np.zeros(63)
+    squares = np.zeros(63)
+    errors = np.zeros(63)
     for number, weighting in ((0, 0), (1, 1)):
         rays_of = np.empty((2, 63 * 16, 3), np.float32)
         cast = truth_kernels.Cast(1.0, 0.01, weighting, 0, 4, 2, 2, 0.0, np.uint64(5))

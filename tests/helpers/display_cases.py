@@ -41,11 +41,14 @@ def calibrated(module, scale=1.0):
 
 @st.composite
 def modules(draw):
-    x, y, z = draw(unit), draw(st.floats(-0.3, 0.3)), draw(st.floats(0.4, 1.5))
+    x = draw(unit)
+    y = draw(st.floats(-0.3, 0.3))
+    z = draw(st.floats(0.4, 1.5))
     module = Module(x, y, z, draw(st.integers(100, 1000)), draw(st.integers(10, 100)))
     kind = draw(st.sampled_from(["aligned", "projector", "homography"]))
     if kind != "aligned":
-        yaw, pitch = math.degrees(math.atan2(-x, z)), math.degrees(math.atan2(-y, z))
+        yaw = math.degrees(math.atan2(-x, z))
+        pitch = math.degrees(math.atan2(-y, z))
         a, b, c = draw(st.tuples(*[st.floats(-5, 5)] * 3))
         module = replace(module, yaw=yaw + a, pitch=pitch + b, roll=c, field_of_view=draw(st.floats(20, 90)))
     if draw(st.booleans()):
@@ -57,8 +60,10 @@ def modules(draw):
 def displays(draw):
     """A display of one module: flat with either diffuser, or curved; the observers on a line or an arc."""
     screen = draw(st.sampled_from(["flat", "convex", "concave", "conical"]))
-    width, height = draw(st.floats(0.5, 1.6)), draw(st.floats(0.3, 1.0))
-    z_o, y_o = draw(st.floats(-3, -1)), draw(st.floats(-0.5, 0.5))
+    width = draw(st.floats(0.5, 1.6))
+    height = draw(st.floats(0.3, 1.0))
+    z_o = draw(st.floats(-3, -1))
+    y_o = draw(st.floats(-0.5, 0.5))
     radius = width * draw(st.floats(0.75, 5))
     curvature = {"convex": 1 / radius, "concave": -1 / radius}.get(screen, 0.0)
     share = 0.0 if screen == "conical" else draw(st.one_of(st.just(0.0), st.floats(-0.2, 1)))
@@ -90,7 +95,8 @@ def round_trip_error(display, index, u, v):
     points = origin[there, None] + z[..., None] * direction[there, None]
     size = (np.abs(origin[there, None]) + np.abs(z[..., None] * direction[there, None])).max(-1)[..., None]
     image = display.physical_to_image(index, points)[0][..., :2]  # NaN where there is none
-    step, moved = 1e-5 * size, np.abs(image)
+    step = 1e-5 * size
+    moved = np.abs(image)
     for axis in np.eye(3):
         ends = [display.physical_to_image(index, points + sign * step * axis)[0][..., :2] for sign in (-1, 1)]
         moved = moved + 1e5 * np.nan_to_num(np.fmax(*(np.abs(end - image) for end in ends)))  # NaN beyond a fold

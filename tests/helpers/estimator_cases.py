@@ -27,7 +27,9 @@ def buffers(draw, dtype):
     seen = scenes.buffers(draw(st.sampled_from(list(scenes.SURFACES))), sight, dtype, hole)
     if draw(st.booleans()):
         return seen
-    depth, positions, normals = seen.depth.copy(), seen.positions.copy(), seen.normals.copy()
+    depth = seen.depth.copy()
+    positions = seen.positions.copy()
+    normals = seen.normals.copy()
     there = ~np.isinf(depth)
     if draw(st.booleans()):  # normals from everywhere, away from the viewer too
         turned = rng.standard_normal(normals.shape)
@@ -55,7 +57,8 @@ def offsets(draw, dimensions):
 def sunflower(n):
     """Points that fill the disk evenly, as a limit wants them."""
     k = np.arange(n)
-    r, turn = np.sqrt((k + 0.5) / n), k * np.pi * (3 - np.sqrt(5))
+    r = np.sqrt((k + 0.5) / n)
+    turn = k * np.pi * (3 - np.sqrt(5))
     return np.stack([r * np.cos(turn), r * np.sin(turn)], -1)
 
 
@@ -82,7 +85,8 @@ def texel_table(view, dtype):
 
 def assert_equals_reference(name, seen, radius, result, points=None, weights=None, **options):
     """Occlusion and the number of samples outside, by the specification; options have the estimator's defaults."""
-    view, mapping = seen.view, seen.view.world_to_image
+    view = seen.view
+    mapping = seen.view.world_to_image
     parameters = {
         "estimator": name, "radius": radius, "options": {**ESTIMATORS[name].parameters, **options},
         "mapping": {"kind": KINDS[mapping.kind], "numbers": mapping.numbers.tolist()},

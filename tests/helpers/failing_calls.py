@@ -24,7 +24,8 @@ _CALLS = {numbers[_ARM]: (name, None) for name, numbers in _BY_DESCRIPTOR.items(
 }
 _SECCOMP = 277 if _ARM else 317
 _RECEIVE, _SEND = 0xC0502100, 0xC0182101  # of linux/seccomp.h
-_ALLOW, _ASK = 0x7FFF0000, 0x7FC00000
+_ALLOW = 0x7FFF0000
+_ASK = 0x7FC00000
 
 
 def _ask_before_calls():
@@ -57,7 +58,8 @@ def run_failing(function, folder, error_of):
     _, (listener,), _, _ = socket.recv_fds(here, 1, 1)
     here.close()
     there.close()
-    calls, waiting = [], select.poll()
+    calls = []
+    waiting = select.poll()
     waiting.register(listener, select.POLLIN)
     while not waiting.poll()[0][1] & select.POLLHUP:
         asked = bytearray(80)

@@ -64,9 +64,11 @@ class Renderer:
         return run_shader(self.context, self.programs[name], groups, arrays, output, uniforms)
 
     def _occlusion(self, kind, numbers, parameters, inputs, places):
-        depth, table = inputs["depth"], np.array(offsets(parameters["radius"], inputs["samples"]), np.float32)
+        depth = inputs["depth"]
+        table = np.array(offsets(parameters["radius"], inputs["samples"]), np.float32)
         height, width = depth.shape
-        made, outside = np.full_like(depth, np.nan), np.zeros(1, np.uint32)
+        made = np.full_like(depth, np.nan)
+        outside = np.zeros(1, np.uint32)
         turns = inputs.get("turns", np.zeros(1, np.float32))
         arrays = [np.array(rounded(numbers)), depth, places, table, made, outside, turns]
         made, outside = self.run(
@@ -86,14 +88,16 @@ class Renderer:
 
     def merge(self, parameters, inputs):
         layers = inputs["layers"]
-        count, texels = len(layers), layers[0].size
+        count = len(layers)
+        texels = layers[0].size
         merged = np.full_like(layers[0], np.nan)
         groups = (-(-texels // 64),)
         return {"merged": self.run("merge", groups, [layers, merged], (1,), texels=texels, count=count)[0]}
 
     def blur(self, parameters, inputs):
         source = inputs["source"]
-        exact, weights = np.array(blur_weights(parameters["sigma"])), blur_table(parameters["sigma"])
+        exact = np.array(blur_weights(parameters["sigma"]))
+        weights = blur_table(parameters["sigma"])
         height, width = source.shape
         passes = [source]
         for direction in ((1, 0), (0, 1)) if len(weights) > 1 else ():
@@ -112,7 +116,8 @@ class Renderer:
         return {"shaded": self.run("shade", (-(-image.size // 64),), arrays, (2,), numbers=image.size)[0]}
 
     def light(self, parameters, inputs):
-        image, direction = inputs["image"], parameters["direction"]
+        image = inputs["image"]
+        direction = parameters["direction"]
         length = np.sqrt((direction[0] * direction[0] + direction[1] * direction[1]) + direction[2] * direction[2])
         arrays = [image, inputs["occlusion"], inputs["normals"], np.full_like(image, np.nan)]
         numbers = {"towards": tuple(each / length for each in direction), "ambient": parameters["ambient"]}

@@ -12,7 +12,8 @@ import lfssao
 from lfssao.ao.estimators.registry import of_one_view
 
 GOLDEN = Path(__file__).parents[1] / "project" / "golden" / "digests.json"
-WIDTH, HEIGHT = 160, 120
+WIDTH = 160
+HEIGHT = 120
 DISPLAYS = ("c80", "convex", "picoarray", "sample-a", "sample-b", "virtual")
 SCENES = ("ammonite", "armadillo", "gallery", "statue")
 SAMPLINGS = ("random", "rejection", "jittered", "latin", "poisson", "sobol", "halton")

@@ -19,7 +19,9 @@ def godot(depth, normals, lens, radius, row, column, o):
     height, width = depth.shape
     f_u, f_v, c_u, c_v = lens
     passed = depth[row % 2 :: 2, column % 2 :: 2]
-    x, y, n = column // 2, row // 2, normals[row, column] / np.linalg.norm(normals[row, column])
+    x = column // 2
+    y = row // 2
+    n = normals[row, column] / np.linalg.norm(normals[row, column])
 
     def point(i, j, z):
         """A point at a column and a row of a pass."""
@@ -29,8 +31,10 @@ def godot(depth, normals, lens, radius, row, column, o):
     limit = 1.2 * 1.5 * radius / (height / 2 / f_v)
     r = radius * (0.8 * min(np.linalg.norm(p) / limit, 1) + 0.2)
     reach = 0.85 * r / (point(x + 1, y, p[2]) - p)[0]
-    a, b = row % 2 * 2 + column % 2, (0, 1, 4, 3, 2)[(2 * y + x) % 5]
-    turn, scale = (a + b / 5) * math.pi / 2, (1 + (a - 1.5 + (b - 2) / 5) * 0.07) * reach
+    a = row % 2 * 2 + column % 2
+    b = (0, 1, 4, 3, 2)[(2 * y + x) % 5]
+    turn = (a + b / 5) * math.pi / 2
+    scale = (1 + (a - 1.5 + (b - 2) / 5) * 0.07) * reach
     matrix = np.array([[math.cos(turn), -math.sin(turn)], [-math.sin(turn), -math.cos(turn)]]) * scale
     p[2] *= 0.99
     total = 0.0

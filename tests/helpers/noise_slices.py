@@ -16,13 +16,18 @@ def hilbert_noise(side=64):
     made = np.zeros((side, side, 2))
     for row in range(side):
         for column in range(side):
-            x, y, place, half = column, row, 0, side // 2
+            x = column
+            y = row
+            place = 0
+            half = side // 2
             while half:
-                right, down = int(x & half > 0), int(y & half > 0)
+                right = int(x & half > 0)
+                down = int(y & half > 0)
                 place += half * half * (3 * right ^ down)
                 if not down:
                     if right:
-                        x, y = side - 1 - x, side - 1 - y
+                        x = side - 1 - x
+                        y = side - 1 - y
                     x, y = y, x
                 half //= 2
             made[row, column] = np.modf(0.5 + place * np.array([0.7548776662466927, 0.5698402909980532]))[0]
@@ -81,10 +86,12 @@ def slice_angles(n, d, v, axis, bits):
 
 def xegtao(frame, noise, radius, row, column, o):
     """1 - visibility of a texel; o: the options by name."""
-    bits, n = o["root"] == "bits", frame.normals[row, column]
+    bits = o["root"] == "bits"
+    n = frame.normals[row, column]
     z = o["nearer"] * frame.depth[row, column]
     p = frame.point(column + 0.5, row + 0.5, z)
-    v, reach = unit(-p), o["multiplier"] * radius
+    v = unit(-p)
+    reach = o["multiplier"] * radius
     in_texels = reach * frame.lens[0] / z
     visibility = min(max((10 - in_texels) / 100, 0.0), 1.0) * 0.5
     for i in range(o["slices"]):
@@ -97,9 +104,11 @@ def xegtao(frame, noise, radius, row, column, o):
         for k in range(o["steps"]):
             moved = (noise[1] + (i + k * o["steps"]) * GOLDEN) % 1.0
             s = ((k + moved) / o["steps"]) ** (1 + o["squared"]) + o["nearest"] / in_texels
-            x, y = s * in_texels * math.cos(phi), -s * in_texels * math.sin(phi)
+            x = s * in_texels * math.cos(phi)
+            y = -s * in_texels * math.sin(phi)
             if o["snap"]:
-                x, y = math.floor(x + 0.5), math.floor(y + 0.5)
+                x = math.floor(x + 0.5)
+                y = math.floor(y + 0.5)
             for side, sign in enumerate((1, -1)):
                 seen = frame.seen(column + 0.5 + sign * x, row + 0.5 + sign * y)
                 if seen is None:
@@ -123,11 +132,13 @@ def polynomial(cosine):
 
 def bevy(frame, noise, radius, row, column, near, o):
     """Occlusion of a texel as of Bevy's visibility bitmask; near: the near plane of its reversed, infinite depth."""
-    n, sectors = frame.normals[row, column], 2 * o["steps"]
+    n = frame.normals[row, column]
+    sectors = 2 * o["steps"]
     height, width = frame.size
     z = near / (near / frame.depth[row, column] + o["nearer"])
     p = frame.point(column + 0.5, row + 0.5, z)
-    v, hidden = unit(-p), 0
+    v = unit(-p)
+    hidden = 0
     scale = 0.5 * radius * (2 * frame.lens[0] / width) / z  # of coordinates from 0 to 1
     for i in range(o["slices"]):
         phi = math.pi / o["slices"] * (i + noise[0])
@@ -138,13 +149,16 @@ def bevy(frame, noise, radius, row, column, near, o):
         bits = 0
         for k in range(o["steps"]):
             s = ((k + (noise[1] + (i + k * o["steps"]) * GOLDEN) % 1.0) / o["steps"]) ** 2 * scale
-            x, y = s * math.cos(phi) * width, -s * math.sin(phi) * (width if o["square"] else height)
+            x = s * math.cos(phi) * width
+            y = -s * math.sin(phi) * (width if o["square"] else height)
             for sign in (1, -1):
-                u, w = column + 0.5 + sign * x, row + 0.5 + sign * y
+                u = column + 0.5 + sign * x
+                w = row + 0.5 + sign * y
                 away = frame.point(u, w, 1 / frame.inverse(u, w)) - p
                 ends = [polynomial(unit(each) @ v) / math.pi for each in (away, away - o["thickness"] * radius * v)]
                 ends = sorted(min(max(0.5 - tilt / math.pi + sign * each, 0.0), 1.0) for each in ends)
-                first, count = math.floor(ends[0] * sectors), math.ceil((ends[1] - ends[0]) * sectors)
+                first = math.floor(ends[0] * sectors)
+                count = math.ceil((ends[1] - ends[0]) * sectors)
                 bits |= ((1 << count) - 1) << first
         hidden += bits.bit_count()
     return 1 - min(max(1 - hidden / (o["slices"] * sectors), 0.03), 1.0)

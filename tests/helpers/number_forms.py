@@ -38,8 +38,12 @@ def operations(x, y, z):
 @formula
 def several(x, y, z, u, v, w):
     """Several operations each, which may be made in other ways."""
-    a, b = Vector(x, y, z), Vector(u, v, w)
-    c, d, zero, one = cross(a, b), x * a + (a - b), number(0, x), number(1, x)
+    a = Vector(x, y, z)
+    b = Vector(u, v, w)
+    c = cross(a, b)
+    d = x * a + (a - b)
+    zero = number(0, x)
+    one = number(1, x)
     return (
         smoothstep(smaller(1, larger(0, x))), rounded(0.1, 3, x), dot(a, b), dot(a, Vector(one, zero, zero)),
         dot(Vector(x, y, one), b), dot(a, Vector(zero, v, w)), dot(Vector(one, one, zero), b),

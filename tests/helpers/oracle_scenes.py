@@ -75,7 +75,8 @@ def critical_scene(rng, view, n, radius, moved=None, levels=None):
     u = rng.uniform(0.5, view.width - 0.5, shape)
     v = rng.uniform(0.5, view.height - 0.5, shape)
     u, v = (np.where(rng.random(shape) < 0.5, np.round(c), c) for c in (u, v))
-    j, i = np.minimum(v.astype(int), shape[0] - 1), np.minimum(u.astype(int), shape[1] - 1)
+    j = np.minimum(v.astype(int), shape[0] - 1)
+    i = np.minimum(u.astype(int), shape[1] - 1)
     surface = np.where(np.isfinite(depth[j, i]), depth[j, i], levels[0])
     z = np.where(rng.random(shape) < 0.5, surface, rng.uniform(levels.min(), levels.max(), shape))
     jitter = 1 + rng.uniform(-3e-7, 3e-7, (3, *shape))
@@ -115,10 +116,12 @@ def probed_ends(model, rng, make, found):
 
     Probes know nothing of decisions that may fall either way: there the ends are those of the bounds found.
     """
-    seed, count = rng.integers(2**32), 6
+    seed = rng.integers(2**32)
+    count = 6
     for _ in range(2):
         probe = rr.Probe(np.random.default_rng(seed), count + 1, model)
-        made, count = make(probe), probe.operations
+        made = make(probe)
+        count = probe.operations
     off = made - made[0]
     jumps = np.where(np.abs(off) > 2.0**-8, off, 0.0)  # to the other axes, say: one of them, not their sum
     size = np.abs(off - jumps).sum(axis=0) * (1 - 2.0**-9)  # it is made to first order, and of finite steps
@@ -145,7 +148,8 @@ def probed(kind):
 
 def hold_probes(check, most=100):
     """Hold bounds against the probes of each kind of error; sums of many samples against those of operations."""
-    mesh, kinds = builtin_scene("statue"), ("operation", "quotient", "root", "angle")
+    mesh = builtin_scene("statue")
+    kinds = ("operation", "quotient", "root", "angle")
     for kind, n, seed in [*itertools.product(kinds, (1, 12), range(2)), ("operation", most, 1)]:
         size = (8, 6) if n < 12 else (4, 3)
         module = module_views(mesh, find_display("sample-a").with_resolution(*size), range(4, 5))[0]
@@ -154,7 +158,8 @@ def hold_probes(check, most=100):
 
 
 def assert_inside(values, bound, name):
-    low, high = bound.lower.astype(np.float64), bound.upper.astype(np.float64)
+    low = bound.lower.astype(np.float64)
+    high = bound.upper.astype(np.float64)
     outside = ~((values >= low) & (values <= high))
     assert not outside.any(), f"{name}: {np.count_nonzero(outside)} values outside"
 
@@ -187,5 +192,6 @@ def drawn_problems(draw):
     view = drawn_view(draw, height, width)
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     model = draw(st.sampled_from(["shader", "shader", "nearest"]))
-    turning, radius = draw(st.booleans()), float(draw(st.sampled_from([0.01, 0.3, 1.0])))
+    turning = draw(st.booleans())
+    radius = float(draw(st.sampled_from([0.01, 0.3, 1.0])))
     return view, rng, model, radius, draw(st.sampled_from([1, 3, 12, 33, 1, 3, 12, 33, 100])), turning

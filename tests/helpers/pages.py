@@ -24,7 +24,8 @@ def blocks(text):
 
 def run_page(text):
     """Run a page in the working folder; the names that its Python leaves, and all that was printed."""
-    names, printed = {}, [""]
+    names = {}
+    printed = [""]
     for language, file, body in blocks(text):
         if file:
             Path(file).write_text(body, encoding="utf-8")

@@ -26,7 +26,8 @@ STILL = moved()
 
 
 def turned(samples, degrees):
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    c = np.cos(np.radians(degrees))
+    s = np.sin(np.radians(degrees))
     return samples @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
 
 
@@ -72,7 +73,9 @@ class Renderer:
            **other):  # fmt: skip
         """Occlusion by Algorithm 2, or by 1 where the view is a camera's; each argument is a knob."""
         own = {name: other.get(name, getattr(self, name)) for name in ("samples", "mapping", "back", "turns")}
-        ar, samples, back = arithmetic(seed), own["samples"], own["back"]
+        ar = arithmetic(seed)
+        samples = own["samples"]
+        back = own["back"]
         places = other.get("positions", self.positions)
         u, v, z, valid = rr.image_points(
             ar, self.depth, places, *own["mapping"], samples, radius * self.radii[layer - 1],
@@ -106,7 +109,8 @@ class Renderer:
 
     def unprojected(self, u=0.5, v=0.5, depth=None):
         """Positions of crossed slits by depth and texels' centres, or other places in texels."""
-        m, z = self.mapping[1], (self.depth if depth is None else depth).astype(np.float64)
+        m = self.mapping[1]
+        z = (self.depth if depth is None else depth).astype(np.float64)
         j, i = np.indices(z.shape)
         rows = np.stack([(i + u - m[14]) * (m[12] - z), (j + v - m[15]) * (m[13] - z), z], axis=-1)
         return self.seen((rows - m[[3, 7, 11]]) @ np.linalg.inv(m[:12].reshape(3, 4)[:, :3]).T, np.inf)
@@ -114,7 +118,10 @@ class Renderer:
     def sloped_normals(self):
         """Normals by differences of positions, towards the viewers."""
         ends = [np.pad(self.positions, [(1, 1), (1, 1), (0, 0)], mode="edge").astype(np.float64)] * 4
-        left, right, above, below = ends[0][1:-1, :-2], ends[1][1:-1, 2:], ends[2][:-2, 1:-1], ends[3][2:, 1:-1]
+        left = ends[0][1:-1, :-2]
+        right = ends[1][1:-1, 2:]
+        above = ends[2][:-2, 1:-1]
+        below = ends[3][2:, 1:-1]
         with np.errstate(invalid="ignore"):
             normal = np.cross(below - above, right - left)
             return (normal / np.linalg.norm(normal, axis=-1, keepdims=True)).astype(np.float32)
@@ -126,9 +133,11 @@ class Renderer:
         sigma *= self.sigma
         k = np.arange(-np.ceil(reach * sigma), np.ceil(reach * sigma) + 1)
         weights = np.exp(-0.5 * (k / sigma) ** 2)
-        made, shares = self.merged.astype(np.float64), np.ones(self.merged.shape)
+        made = self.merged.astype(np.float64)
+        shares = np.ones(self.merged.shape)
         for axis in axes:
-            taps, rule = weights / (total or weights.sum()), mode.removesuffix(" left out")
+            taps = weights / (total or weights.sum())
+            rule = mode.removesuffix(" left out")
             made, shares = (correlate1d(t, taps, axis, mode=rule) for t in (made, shares))
             made = made.astype(np.float16).astype(np.float64) if half and axis == axes[0] else made
         return (made / shares if mode.endswith("left out") else made).astype(np.float32)
@@ -138,9 +147,11 @@ class Renderer:
 
     def lit(self, ao=None, occlude=None, faced=lambda cosine: np.maximum(cosine, 0), sign=1, direct=1.0, ambient=None):
         """The image by the manifest's light; each argument is a knob."""
-        direction, place = np.array(self.light["direction"]), occlude or self.light["occlude"]
+        direction = np.array(self.light["direction"])
+        place = occlude or self.light["occlude"]
         own = self.light["ambient"]
-        share, visible = own if ambient is None else ambient, 1 - (self.blurred if ao is None else ao)
+        share = own if ambient is None else ambient
+        visible = 1 - (self.blurred if ao is None else ao)
         light = direct * (1 - own) * faced(sign * (self.normals @ (direction / np.linalg.norm(direction))))
         factor = (share + light) * visible if place == "all" else share * visible + light
         return self.color * factor[..., None]

@@ -49,7 +49,9 @@ class Planted:
     def read(cls, text, resolution):
         """The display of a file's text with textures of another size, calibrated ones included."""
         table = tomllib.loads(text)
-        screen, observer, modules = table["screen"], table["observer"], table["modules"]
+        screen = table["screen"]
+        observer = table["observer"]
+        modules = table["modules"]
         rows = modules.get("list") or on_line(modules)
         scales = [new / old for new, old in zip(resolution, rows[0]["resolution"], strict=True)]
         return cls(
@@ -77,15 +79,21 @@ class Planted:
 
     def physical(self, cast_from_world):
         """The reference's map of the world to physical space, and the scene scaled and moved in it."""
-        centre, made = self.centre, self.scale * np.asarray(cast_from_world)
+        centre = self.centre
+        made = self.scale * np.asarray(cast_from_world)
         made[:, 3] += centre - self.scale * centre + self.offset
         return made
 
     def image(self, index, points):
         """u and v of physical points, (..., 3), and where they are seen."""
         module, (x, y, z) = self.modules[index], np.moveaxis(points, -1, 0)
-        m_x, m_y, m_z, y_o, z_o = module.x, module.y, module.z, self.observer_height, -self.distance
-        seen, s_z = z < m_z, 0.0
+        m_x = module.x
+        m_y = module.y
+        m_z = module.z
+        y_o = self.observer_height
+        z_o = -self.distance
+        seen = z < m_z
+        s_z = 0.0
         if self.pinhole:
             s_x, s_y = (m + (c - m) * m_z / (m_z - z) for m, c in ((m_x, x), (m_y, y)))
         elif self.screen_curvature == self.observer_curvature == 0:
@@ -93,41 +101,58 @@ class Planted:
             s_x = m_x + (x - m_x) * m_z / (m_z - z)
             if self.conical:
                 kappa = z / z_o * np.hypot(s_y - y_o, z_o) / np.hypot(s_y - m_y, m_z)
-                s_x, seen = (x + m_x * kappa) / (1 + kappa), seen & (1 + kappa > 0)
+                s_x = (x + m_x * kappa) / (1 + kappa)
+                seen = seen & (1 + kappa > 0)
             seen = seen & (z > z_o)
         else:
             t_s = on_circle(self.screen_curvature, 0.0, (m_x, m_z), (x, z))
             t_v = on_circle(self.observer_curvature, z_o, (m_x, m_z), (x, z))
             seen = seen & (t_s > 0) & (t_s < t_v) & (t_v > 1)
-            s_x, s_y, s_z = m_x + t_s * (x - m_x), y_o + (y - y_o) * (t_v - t_s) / (t_v - 1), m_z + t_s * (z - m_z)
+            s_x = m_x + t_s * (x - m_x)
+            s_y = y_o + (y - y_o) * (t_v - t_s) / (t_v - 1)
+            s_z = m_z + t_s * (z - m_z)
         plane = m_z / (m_z - s_z)  # central projection from the lens to z = 0
         u, v, w = np.tensordot(
             self.homography(module),
             np.stack([m_x + (s_x - m_x) * plane, m_y + (s_y - m_y) * plane, np.ones_like(x)]),
             axes=1,
         )
-        unit, middle = self.resolution[0] / 2, [size / 2 for size in self.resolution]
-        a, b = (u / w - middle[0]) / unit, (v / w - middle[1]) / unit
+        unit = self.resolution[0] / 2
+        middle = [size / 2 for size in self.resolution]
+        a = (u / w - middle[0]) / unit
+        b = (v / w - middle[1]) / unit
         factor = distortion(module, a * a + b * b)
-        u, v = middle[0] + unit * a * factor, middle[1] + unit * b * factor
+        u = middle[0] + unit * a * factor
+        v = middle[1] + unit * b * factor
         return u + self.corner, v + self.corner, seen & (w > 0)
 
     def rays(self, index):
         """The rays x = ox + dx z, y = oy + dy z of all texels, and their nearest and farthest z: (H, W) each."""
         module, (wide, high) = self.modules[index], self.resolution
-        m_x, m_y, m_z, y_o, z_o = module.x, module.y, module.z, self.observer_height, -self.distance
+        m_x = module.x
+        m_y = module.y
+        m_z = module.z
+        y_o = self.observer_height
+        z_o = -self.distance
         v, u = (np.indices((high, wide)) + 0.5) - self.corner
-        a, b = (u - wide / 2) / (wide / 2), (v - high / 2) / (wide / 2)
+        a = (u - wide / 2) / (wide / 2)
+        b = (v - high / 2) / (wide / 2)
         shrunk = undistorted(module, np.hypot(a, b))
-        u, v = wide / 2 + wide / 2 * a * shrunk, high / 2 + wide / 2 * b * shrunk
+        u = wide / 2 + wide / 2 * a * shrunk
+        v = high / 2 + wide / 2 * b * shrunk
         x, y, w = np.tensordot(np.linalg.inv(self.homography(module)), np.stack([u, v, np.ones_like(u)]), axes=1)
-        p_x, p_y, far = x / w, y / w, np.full(u.shape, m_z)
+        p_x = x / w
+        p_y = y / w
+        far = np.full(u.shape, m_z)
         if self.pinhole:
             return p_x, p_y, (m_x - p_x) / m_z, (m_y - p_y) / m_z, np.full(u.shape, z_o), far
         t_s = on_circle(self.screen_curvature, 0.0, (m_x, m_z), (p_x, 0.0))
         t_v = on_circle(self.observer_curvature, z_o, (m_x, m_z), (p_x, 0.0))
-        s_y, s_z, v_z = m_y + t_s * (p_y - m_y), m_z - t_s * m_z, m_z - t_v * m_z
-        d_x, d_y = (m_x - p_x) / m_z, (y_o - s_y) / (v_z - s_z)
+        s_y = m_y + t_s * (p_y - m_y)
+        s_z = m_z - t_s * m_z
+        v_z = m_z - t_v * m_z
+        d_x = (m_x - p_x) / m_z
+        d_y = (y_o - s_y) / (v_z - s_z)
         if self.conical:
             d_x = (p_x - m_x) * np.hypot(s_y - y_o, z_o) / np.hypot(s_y - m_y, m_z) / z_o
         return p_x, s_y - d_y * s_z, d_x, d_y, v_z, far
@@ -194,7 +219,8 @@ def cast(rays, corners):
 @cache
 def boxes(seed=16):
     """A scene, (F, 3, 3): boxes turned any way, all over a box of the ROI's proportions, before a slanted wall."""
-    rng, made = np.random.default_rng(seed), []
+    rng = np.random.default_rng(seed)
+    made = []
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     faces = np.array([part for a, b, c, d in quads for part in ([a, b, c], [a, c, d])])
@@ -229,7 +255,8 @@ class DisplayRenderer:
 
     def gbuffer(self, display):
         """Depth and positions, float32."""
-        axes, rays = display.physical(self.axes), display.rays(self.index)
+        axes = display.physical(self.axes)
+        rays = display.rays(self.index)
         z = cast(rays, self.triangles @ axes[:, :3].T + axes[:, 3])
         with np.errstate(invalid="ignore"):
             places = np.stack([rays[0] + rays[2] * z, rays[1] + rays[3] * z, z], axis=-1) - axes[:, 3]

@@ -93,7 +93,8 @@ class Renderers:
 
     def total(self, factors, values):
         """A sum of products in any order, cut into two sums or not."""
-        order, cut = self.rng.permutation(len(values)), int(self.rng.integers(1, len(values) + 1))
+        order = self.rng.permutation(len(values))
+        cut = int(self.rng.integers(1, len(values) + 1))
         products = [self.number(factors[k], None) * values[k] for k in order]
         return reduce(add, [reduce(add, part) for part in (products[:cut], products[cut:]) if part])
 
@@ -168,7 +169,8 @@ class Number(np.lib.mixins.NDArrayOperatorsMixin):
             made = ufunc(*x)
             return made if made.dtype == bool else Number(self.by, made)
         x = [self.by.flushed(each) for each in x]
-        made, exact = ufunc(*x), False
+        made = ufunc(*x)
+        exact = False
         if ufunc not in (np.divide, np.sqrt):  # what a float32 number is, of float32 numbers, is rounded correctly
             exact = reduce(and_, (each == each.astype(np.float32) for each in (*x, made)))
             alike = [np.abs(each) == 1 for each in x] if ufunc is np.multiply else [each == 0 for each in x]
@@ -230,7 +232,8 @@ class Place:
         return Place(self.view, [], *([factor * each for each in parts] for parts in (self.offsets, self.rows)))
 
     def row(self, k):
-        by, m = self.view.by, self.view.rows[4 * k : 4 * k + 4]
+        by = self.view.by
+        m = self.view.rows[4 * k : 4 * k + 4]
         each = by.total([1.0] * len(self.rows), [getattr(r, "uvqz"[k]) for r in self.rows])
         if not self.offsets:
             return each
@@ -259,7 +262,8 @@ class RandomPyramid:
         high, wide = (np.array(numbers.shape[1:]) + 1) // 2
         bordered = np.zeros((len(numbers), 2 * high + 2, 2 * wide + 2))
         bordered[:, 1 : 1 + numbers.shape[1], 1 : 1 + numbers.shape[2]] = numbers
-        factors, values = [], []
+        factors = []
+        values = []
         for j, i in np.ndindex(4, 4):
             if taps[j] * taps[i]:
                 factors.append(taps[j] * taps[i])
@@ -272,10 +276,13 @@ class RandomPyramid:
 
     def bilinear(self, k, u, v):
         """Three numbers of level k at an image point."""
-        off, of = self.by.model.coordinate, np.arange(self.by.count)[:, None, None]
+        off = self.by.model.coordinate
+        of = np.arange(self.by.count)[:, None, None]
         x, y = (each.x * 2.0**-k - 0.5 + off * self.by.within(each.x) for each in (u, v))
-        i, j = np.floor(x).astype(int), np.floor(y).astype(int)
-        f, g = Number(self.by, x - i), Number(self.by, y - j)
+        i = np.floor(x).astype(int)
+        j = np.floor(y).astype(int)
+        f = Number(self.by, x - i)
+        g = Number(self.by, y - j)
         made = []
         for texture in self.levels[k]:
             high, wide = texture.shape[1:]
@@ -293,7 +300,8 @@ class RandomPyramid:
         u, v = (
             Number(self.by, np.broadcast_to(each.x, np.broadcast_shapes(u.x.shape, level.x.shape))) for each in (u, v)
         )
-        off, last = self.by.model.coordinate, len(self.levels) - 1
+        off = self.by.model.coordinate
+        last = len(self.levels) - 1
         level = np.clip(level.x + off * self.by.within(level.x), 0, last)
         fine = np.minimum(np.floor(level), last - 1) if last else np.zeros_like(level)
         part = Number(self.by, level - fine)
@@ -304,7 +312,8 @@ class RandomPyramid:
             of_level = [values[0]] * 2 if last == 0 else [values[0], values[1]]
             a, b = of_level
             for k in range(1, last):
-                a, b = self.by.where(fine >= k, values[k], a), self.by.where(fine >= k, values[k + 1], b)
+                a = self.by.where(fine >= k, values[k], a)
+                b = self.by.where(fine >= k, values[k + 1], b)
             made.append(self.between(a, b, part) if last else a)
         return made
 
@@ -348,7 +357,8 @@ class RandomView:
 
     def mixed(self, a, b, c, d, x, y):
         """A number between four, by one of two formulas."""
-        upper, lower = a + x * (b - a), c + x * (d - c)
+        upper = a + x * (b - a)
+        lower = c + x * (d - c)
         weighed = ((1 - x) * (1 - y)) * a + (x * (1 - y)) * b + (((1 - x) * y) * c + (x * y) * d)
         return self.by.choose(upper + y * (lower - upper), weighed)
 
@@ -359,7 +369,8 @@ class RandomView:
 
     def point_at(self, u, v, z):
         """The point at z on the ray of an image point, whose terms may be multiplied out."""
-        m, world = self.given.rays.numbers, self.given.rays.world
+        m = self.given.rays.numbers
+        world = self.given.rays.world
 
         def line(start, slope, at, middle):
             return self.by.choose(
@@ -386,7 +397,8 @@ class RandomView:
         return self._vector(self.given.normals, texel)
 
     def direction(self, texel):
-        exact, of = self._vector(self.given.directions, texel), np.arange(self.by.count)[:, None, None]
+        exact = self._vector(self.given.directions, texel)
+        of = np.arange(self.by.count)[:, None, None]
         made = [each.x + self.away[of, 3 * texel + k] for k, each in enumerate((exact.x, exact.y, exact.z))]
         return Vector(*(Number(self.by, x) for x in made))
 
@@ -439,12 +451,15 @@ class RandomView:
     def coarse_z(self, seen, h, log_q):
         """Z of a surface in a level of rotated sub-samples, and whether there is one."""
         exponent = np.frexp(np.maximum(np.floor(h.x), 1.0))[1] - 1
-        level, made = np.clip(exponent - log_q, 0, len(self.given.levels.first) - 1), 0.0
+        level = np.clip(exponent - log_q, 0, len(self.given.levels.first) - 1)
+        made = 0.0
         (height, width), column, row = self.shape, self.column(seen), self.row(seen)
         for k in range(len(self.given.levels.first)):
-            u, v = column >> k, row >> k
+            u = column >> k
+            v = row >> k
             for below in range(k, 0, -1):  # the texel of the level below that stands for it
-                wide, high = -(-width >> (below - 1)), -(-height >> (below - 1))
+                wide = -(-width >> (below - 1))
+                high = -(-height >> (below - 1))
                 u, v = np.minimum(2 * u + (v & 1 ^ 1), wide - 1), np.minimum(2 * v + (u & 1 ^ 1), high - 1)
             made = np.where(level == k, v * width + u, made)
         texel = made.astype(int)
@@ -538,7 +553,8 @@ class RandomView:
 def summed(view, numbers, here, texel):
     """The terms of all samples."""
     s = np.arange(numbers.points.shape[0])
-    place, counts = numbers.place(view, here, s), numbers.counts(view, here)
+    place = numbers.place(view, here, s)
+    counts = numbers.counts(view, here)
     z = view.depth_at(place)
     u, v, valid = view.image(place, z)
     inside, seen = view.look(u, v, valid)
@@ -552,13 +568,21 @@ def summed(view, numbers, here, texel):
 
 def folded(view, numbers, here, texel):
     """Numbers that steps and ends of directions add: first sides of all directions together, then second ones."""
-    count, sides, by, made, state = numbers.points.shape[0], numbers.sides, view.by, [], None
-    column, row, counts = view.column(texel) + 0.5, view.row(texel) + 0.5, numbers.counts(view, here)
+    count = numbers.points.shape[0]
+    sides = numbers.sides
+    by = view.by
+    made = []
+    state = None
+    column = view.column(texel) + 0.5
+    row = view.row(texel) + 0.5
+    counts = numbers.counts(view, here)
     for side in range(sides):
         s = np.arange(side, count, sides)
         place = numbers.place(view, here, s)
         u, v, valid = view.image(place, view.depth_at(place))
-        across, down, state = u - column, v - row, state if side else numbers.begin(view, here, s)
+        across = u - column
+        down = v - row
+        state = state if side else numbers.begin(view, here, s)
         for step in range(1, numbers.steps + 1):
             k = by.number(step, None)
             part = numbers.part(view, texel, k)
@@ -572,13 +596,15 @@ def folded(view, numbers, here, texel):
 
 def occlusion(seed, renderers, model, given, estimator, shape, options):
     """Occlusion of so many renderers of a model, (R, H, W); given: ``BallView``; options: of ``RandomView``."""
-    by, texel = Renderers(np.random.default_rng(seed), renderers, model), np.flatnonzero(given.depth < np.inf)
+    by = Renderers(np.random.default_rng(seed), renderers, model)
+    texel = np.flatnonzero(given.depth < np.inf)
     texel = texel[None, :, None]
     made = np.zeros((renderers, shape[0] * shape[1]))
     if not texel.size:
         return made.reshape(-1, *shape)
     with by.compute():
-        view, numbers = RandomView(by, given, shape, options), lifted(by, estimator)
+        view = RandomView(by, given, shape, options)
+        numbers = lifted(by, estimator)
         here = numbers.start(view, texel)
         parts = (folded if hasattr(estimator, "steps") else summed)(view, numbers, here, texel)
         terms = np.concatenate(np.broadcast_arrays(*parts, np.zeros((renderers, texel.size, 1)))[:-1], axis=2)

@@ -8,7 +8,9 @@ from functools import partial
 
 import numpy as np
 
-CROSSED_SLITS, MATRIX, DISPLAY = 0, 1, 2
+CROSSED_SLITS = 0
+MATRIX = 1
+DISPLAY = 2
 STILL = 0.0, 0.0, 0.0  # the offset of a point itself
 
 
@@ -107,7 +109,8 @@ class Arithmetic:
     def fused(self, a, b, c):
         """a b + c, rounded once by some renderers and twice by others."""
         a, b, c = self.align(a, b, c)
-        once, twice = self.correctly(a * b + c), self.add(self.multiply(a, b), c)
+        once = self.correctly(a * b + c)
+        twice = self.add(self.multiply(a, b), c)
         return self.choose(self.lot(0.5), once, twice)
 
     def divide(self, a, b):
@@ -133,7 +136,8 @@ class Arithmetic:
         for part in (range(cut), range(cut, len(values))):
             total = None
             for k in part:
-                f, v = factors[order[:, k], of], values[order[:, k], of]
+                f = factors[order[:, k], of]
+                v = values[order[:, k], of]
                 total = self.multiply(f, v) if total is None else self.fused(f, v, total)
             if total is not None:
                 sums.append(total)
@@ -262,7 +266,8 @@ def crossing(ar, curvature, x, z, dx, dz):
 def physical_to_image(ar, d, x, y, z):
     """The mapping of any display, as it is written in ``lfssao.optics.kernels.display``."""
     m_x, m_y, m_z, y_o, z_o = d[:5]
-    dx, dz = ar.subtract(x, m_x), ar.subtract(z, m_z)
+    dx = ar.subtract(x, m_x)
+    dz = ar.subtract(z, m_z)
     t_s, meets_screen = crossing(ar, d[5], m_x, m_z, dx, dz)
     t_v, meets_observers = crossing(ar, d[6], m_x, ar.subtract(m_z, z_o), dx, dz)
     valid = (z < m_z) & (meets_observers >= 0) & (t_v > 1) & (meets_screen >= 0) & (t_s > 0) & (t_s < t_v)
@@ -273,10 +278,12 @@ def physical_to_image(ar, d, x, y, z):
         if d[5] != 0:
             s_z = ar.fused(t_s, dz, m_z)
             scale = ar.divide(m_z, ar.subtract(m_z, s_z))
-            s_x, s_y = ar.fused(ar.subtract(s_x, m_x), scale, m_x), ar.fused(ar.subtract(s_y, m_y), scale, m_y)
+            s_x = ar.fused(ar.subtract(s_x, m_x), scale, m_x)
+            s_y = ar.fused(ar.subtract(s_y, m_y), scale, m_y)
             valid = valid & (scale > 0)
     else:
-        a, b = ar.subtract(s_y, m_y), ar.subtract(s_y, y_o)
+        a = ar.subtract(s_y, m_y)
+        b = ar.subtract(s_y, y_o)
         h_m = ar.root(ar.fused(a, a, ar.multiply(m_z, m_z)))
         h_e = ar.root(ar.fused(b, b, ar.multiply(z_o, z_o)))
         kappa = ar.multiply(ar.divide(z, z_o), ar.divide(h_e, h_m))
@@ -287,10 +294,12 @@ def physical_to_image(ar, d, x, y, z):
     valid = valid & (w > 0)
     u, v = (ar.divide(ar.total(d[8 + 3 * k : 11 + 3 * k], [s_x, s_y, 1.0]), w) for k in range(2))
     if d[20] != 0 or d[21] != 0:
-        a, b = ar.divide(ar.subtract(u, d[17]), d[19]), ar.divide(ar.subtract(v, d[18]), d[19])
+        a = ar.divide(ar.subtract(u, d[17]), d[19])
+        b = ar.divide(ar.subtract(v, d[18]), d[19])
         r2 = ar.fused(a, a, ar.multiply(b, b))
         factor = ar.fused(r2, ar.fused(r2, d[21], d[20]), 1.0)
-        u, v = ar.fused(d[19], ar.multiply(a, factor), d[17]), ar.fused(d[19], ar.multiply(b, factor), d[18])
+        u = ar.fused(d[19], ar.multiply(a, factor), d[17])
+        v = ar.fused(d[19], ar.multiply(b, factor), d[18])
         valid = valid & (r2 < d[22])
     return u, v, valid
 
@@ -385,8 +394,10 @@ def inside(depth, u, v, valid):
 def points_behind(ar, given, samples, radius, options):
     """The estimators point and, with normals, hemisphere, of every renderer: (R, H, W)."""
     (kind, m), n = mapping_of(given), len(samples)
-    depth, normals = given.depth, given.normals
-    point, offset = spread(ar, given.positions), offsets_of(ar, samples, radius)
+    depth = given.depth
+    normals = given.normals
+    point = spread(ar, given.positions)
+    offset = offsets_of(ar, samples, radius)
     turn = None if given.turns is None else turn_of(ar, given.turns)
     if normals is not None:
         above = offset if turn is None else turned(ar, offset, turn)
@@ -451,7 +462,8 @@ def weights(ar, sigma, radius, table):
     total = ar.total([1.0] * len(k), list(np.moveaxis(raw, 1, 0)))
     before = ar.divide(raw, total[:, None])
     table = ar.full(single(table))
-    own, late = ar.lot(0.5), ar.lot(0.3)
+    own = ar.lot(0.5)
+    late = ar.lot(0.3)
     made = ar.choose(own, ar.choose(late, raw, before), table)
     return made, np.where(own & late, total, 1.0)
 
@@ -475,7 +487,8 @@ def blur(ar, occlusion, sigma, radius, table):
 
 
 def shade(ar, rgb, occlusion, light=None):
-    rgb, ao = rgb.astype(np.float64), occlusion[..., None]
+    rgb = rgb.astype(np.float64)
+    ao = occlusion[..., None]
     first = ar.multiply(rgb, ar.subtract(1.0, ao) if light is None else light[..., None])
     second = ar.fused(-rgb, ao, rgb)
     return ar.choose(ar.lot(0.5), first, second)
@@ -490,7 +503,9 @@ def unit_or_not(ar, vector, again):
 
 def lit(ar, rgb, occlusion, normals, direction, ambient, on_all):
     """The image lit, in every order of sums and products that a renderer is likely to have; arrays as of ``shade``."""
-    rgb, ao, share = rgb.astype(np.float64), ar.full(occlusion)[..., None], single(ambient)
+    rgb = rgb.astype(np.float64)
+    ao = ar.full(occlusion)[..., None]
+    share = single(ambient)
     given = np.array(direction, np.float64)
     own = unit_or_not(ar, [ar.full(np.full((1, 1), x)) for x in single(given)], ar.lot(1.0))
     ready = single(given / np.sqrt((given * given).sum()))
@@ -498,7 +513,9 @@ def lit(ar, rgb, occlusion, normals, direction, ambient, on_all):
     facing = unit_or_not(ar, list(np.moveaxis(ar.full(normals), -1, 0)), ar.lot(0.5))
     f = np.maximum(ar.total(facing, towards), 0.0)[..., None]
     rest = ar.choose(ar.lot(0.5), ar.subtract(1.0, share), ar.full(single(1 - ambient)))
-    direct, visible, shaded = ar.multiply(rest, f), ar.subtract(1.0, ao), ar.multiply(rgb, share)
+    direct = ar.multiply(rest, f)
+    visible = ar.subtract(1.0, ao)
+    shaded = ar.multiply(rgb, share)
     if on_all:
         whole = ar.choose(ar.lot(0.5), ar.add(share, direct), ar.fused(share, ar.subtract(1.0, f), f))
         ways = [

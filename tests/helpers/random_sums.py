@@ -45,7 +45,8 @@ def ray_lines(ar, rays, shape):
     """Start and slope of x and of y of every texel's ray, (R, H, W); products may be multiplied out."""
     if rays.table is not None:
         return [ar.full(row.reshape(shape)) for row in rays.table.astype(float)]
-    made, m = [], rays.numbers.astype(float)
+    made = []
+    m = rays.numbers.astype(float)
     for axis, k in ((1, 0), (0, 5)):
         at = np.indices(shape)[axis] + 0.5
         for a, b in ((m[k + 1], m[k + 2]), (m[k + 3], m[k + 4])):
@@ -83,7 +84,8 @@ def levels_of(z, mip, last):
     while len(levels) <= last and max(levels[-1].shape[1:]) > 1:
         source, (_, h, w) = levels[-1], levels[-1].shape
         y, x = np.mgrid[: (h + 1) // 2, : (w + 1) // 2]
-        rows, columns = np.minimum(2 * y + [[[0]], [[1]]], h - 1), np.minimum(2 * x + [[[0]], [[1]]], w - 1)
+        rows = np.minimum(2 * y + [[[0]], [[1]]], h - 1)
+        columns = np.minimum(2 * x + [[[0]], [[1]]], w - 1)
         four = [source[:, r, c] for r in rows for c in columns]
         turned = source[:, np.minimum(2 * y + 1 - x % 2, h - 1), np.minimum(2 * x + 1 - y % 2, w - 1)]
         levels.append({"rotated": turned, "min": np.max(four, axis=0), "max": np.min(four, axis=0)}[mip])
@@ -113,17 +115,22 @@ def face_normals(ar, z, places, way):
 @np.errstate(all="ignore")
 def sao(ar, given, rays, radius, options, angle):
     """A after the sampling pass of SAO, of every renderer: (R, H, W), and z; rays are the view's in float32."""
-    z, shape, world = linear_z(ar, given), given.depth.shape, np.append(rays.world.astype(float), np.zeros(4))
+    z = linear_z(ar, given)
+    shape = given.depth.shape
+    world = np.append(rays.world.astype(float), np.zeros(4))
     camera, seen, (j, i) = given.view.screen_to_world is not None, np.isfinite(given.depth), np.indices(shape)
     in_eye_space = camera and options["normals"] == "face" and ar.rng.random() < 0.5  # given normals are the world's
-    lines, world = ray_lines(ar, rays, shape), None if in_eye_space else world
+    lines = ray_lines(ar, rays, shape)
+    world = None if in_eye_space else world
     places = points_of(ar, world, lines, z) if camera else [ar.full(given.positions[..., k]) for k in range(3)]
     slope = [lines[1], lines[3], np.ones_like(lines[1])]
     way = slope if world is None else [ar.total(world[4 * k : 4 * k + 3], slope) for k in range(3)]
     levels = levels_of(z, options["mip"], options["max_level"])
     normal = [ar.full(given.normals[..., k]) for k in range(3)]
     normal = face_normals(ar, z, places, way) if options["normals"] == "face" else normal
-    texels, n, falls = [], options["taps"], "intensity" in options
+    texels = []
+    n = options["taps"]
+    falls = "intensity" in options
     for axis, k in ((1, 0), (0, 5)):
         if rays.table is not None:
             at = np.indices(shape)[axis]
@@ -139,29 +146,34 @@ def sao(ar, given, rays, radius, options, angle):
     less = single(options["beta"])
     if not falls:
         less = ar.multiply(single(less * rays.units[2] / radius), ar.subtract(z, single(rays.origin)))
-    total, of = np.zeros_like(z), np.arange(ar.renderers)[:, None, None]
+    total = np.zeros_like(z)
+    of = np.arange(ar.renderers)[:, None, None]
     cosine, sine = turn_of(ar, given.turns, angle)
     for t in ar.order(n):
         phi = (np.pi if options["full_turn"] == "exact" else 3.14) * (2 * t + 1) * options["turns"] / n
         x, y = near_angle(ar, single([np.cos(phi), np.sin(phi)]), angle)
-        u, v = ar.total([x, -y], [cosine[..., 0], sine[..., 0]]), ar.total([x, y], [sine[..., 0], cosine[..., 0]])
+        u = ar.total([x, -y], [cosine[..., 0], sine[..., 0]])
+        v = ar.total([x, y], [sine[..., 0], cosine[..., 0]])
         if options["angle_sum"] == "float32":
             u, v = (near_angle(ar, [ar.full(k)], angle)[0] for k in summed_angle(ar, options, t, shape))
         across, down = (ar.multiply(h, ar.divide(t + 0.5, float(n))) for h in texels)
         land = {"floor": lambda d: d, "truncate": np.trunc, "nearest": lambda d: np.floor(ar.add(d, 0.5))}
         off = [land[options["landing"]](ar.multiply(h, a)) for h, a in ((across, u), (down, v))]
-        x, y = ar.add(i, off[0]), ar.add(j, off[1])
+        x = ar.add(i, off[0])
+        y = ar.add(j, off[1])
         if options["sine"] == "up":
             y = ar.subtract(j, np.floor(off[1]))
         there, row_of, column_of = rr.inside(given.depth, x, y, True)
         level = np.floor(np.log2(np.maximum(np.floor(np.maximum(across, down)), 1))).astype(int) - options["log_q"]
-        level, depth = np.clip(level, 0, len(levels) - 1), np.empty_like(z)
+        level = np.clip(level, 0, len(levels) - 1)
+        depth = np.empty_like(z)
         for k, each in enumerate(levels):
             depth = np.where(level == k, each[of, np.minimum(row_of >> k, each.shape[1] - 1),
                                               np.minimum(column_of >> k, each.shape[2] - 1)], depth)  # fmt: skip
         tapped = points_of(ar, world, [line[of, row_of, column_of] for line in lines], depth)
         w = [ar.divide(ar.subtract(q, p), single(radius)) for q, p in zip(tapped, places, strict=True)]
-        square, above = ar.total(w, w), ar.subtract(ar.total(w, normal), less)
+        square = ar.total(w, w)
+        above = ar.subtract(ar.total(w, normal), less)
         term = ar.divide(above, ar.add(square, single(options["epsilon"])))
         left = np.maximum(ar.subtract(1.0, square), 0)
         term = ar.multiply(term, ar.multiply(ar.multiply(left, left), left)) if falls else term
@@ -181,7 +193,8 @@ def averaged(ar, light, z, edge):
         one, two = (np.arange(k, light.shape[axis] // 2 * 2, 2) for k in (0, 1))
         a, b, p, q = (np.take(texture, half, axis) for texture in (light, z) for half in (one, two))
         near = np.abs(ar.subtract(p, q)) < single(edge)
-        mean, lines = 0.5 * ar.add(a, b), np.moveaxis(light.copy(), axis, 0)
+        mean = 0.5 * ar.add(a, b)
+        lines = np.moveaxis(light.copy(), axis, 0)
         lines[one], lines[two] = (np.moveaxis(np.where(near, mean, own), axis, 0) for own in (a, b))
         light = np.moveaxis(lines, 0, axis)
     return light
@@ -189,7 +202,8 @@ def averaged(ar, light, z, edge):
 
 def reconstructed(ar, light, away, options):
     """The bilateral passes; away: distances from the viewers."""
-    there, weights = np.isfinite(away), single(np.exp(-0.5 * (np.arange(-3, 4) / options["gauss"]) ** 2))
+    there = np.isfinite(away)
+    weights = single(np.exp(-0.5 * (np.arange(-3, 4) / options["gauss"]) ** 2))
     far = np.max(np.where(there, away, 0), axis=(1, 2), keepdims=True)
     keys = ar.choose(ar.lot(0.5), ar.divide(away, far), ar.multiply(away, ar.divide(1.0, far)))
     keys = np.where(there, np.minimum(keys, 1.0), np.inf)
@@ -200,14 +214,18 @@ def reconstructed(ar, light, away, options):
             low = np.floor(ar.fused(ar.subtract(256 * keys, high), 255.0, 0.5))
             low = np.minimum(low, np.where(high == 255, 254, 255))
             keys = np.where(there, ar.fused(low, 1 / 255 / 256, high / 256), np.inf)
-        total, weight, size = np.zeros_like(light), np.zeros_like(light), light.shape[axis]
+        total = np.zeros_like(light)
+        weight = np.zeros_like(light)
+        size = light.shape[axis]
         for tap in ar.order(7):
             at = np.arange(size) + 3 * (tap - 3)
-            other, inside = np.clip(at, 0, size - 1), (at >= 0) & (at < size)
+            other = np.clip(at, 0, size - 1)
+            inside = (at >= 0) & (at < size)
             apart = np.abs(ar.subtract(np.take(keys, other, axis), keys))
             near = np.maximum(ar.subtract(1.0, ar.multiply(single(options["sharpness"]), apart)), 0)
             near = np.nan_to_num(near) * (inside if axis == 2 else inside[:, None])
             w = ar.multiply(weights[tap], near)
-            total, weight = ar.fused(w, np.take(light, other, axis), total), ar.add(weight, w)
+            total = ar.fused(w, np.take(light, other, axis), total)
+            weight = ar.add(weight, w)
         light = np.where(weight > 0, ar.divide(total, weight), 1.0)
     return light

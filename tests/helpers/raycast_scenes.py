@@ -86,14 +86,17 @@ def soup(view, rng):
 def sheet(view, rng, step=None, bumpy=0.5):
     """A surface over the whole texture, its vertices dead centre on every step-th texel: at z of its own each."""
     step = step or int(rng.integers(1, 5))
-    u, v = np.arange(-step, view.width + 2 * step, step) + 0.5, np.arange(-step, view.height + 2 * step, step) + 0.5
+    u = np.arange(-step, view.width + 2 * step, step) + 0.5
+    v = np.arange(-step, view.height + 2 * step, step) + 0.5
     v, u = (n.ravel() for n in np.meshgrid(v, u, indexing="ij"))
     columns = len(np.unique(u))
     vertices = at(view, u, v, rng.uniform(-bumpy, bumpy, len(u)))
     faces = []
     for a in range(len(u) - columns):
         if (a + 1) % columns:
-            b, c, d = a + 1, a + columns, a + columns + 1
+            b = a + 1
+            c = a + columns
+            d = a + columns + 1
             faces += [(a, b, c), (b, d, c)] if rng.random() < 0.5 else [(a, b, d), (a, d, c)]
     return shuffled(vertices, faces, rng)
 
@@ -110,9 +113,11 @@ def shallow_sheet(view, rng):
 
 def pits(view, rng):
     """Fans of triangles around vertices dead centre on texels; some edges run along x, y or z."""
-    vertices, faces = [], []
+    vertices = []
+    faces = []
     for u, v in zip(*centres(view, rng, 12), strict=True):
-        n, first = int(rng.integers(3, 9)), len(vertices)
+        n = int(rng.integers(3, 9))
+        first = len(vertices)
         angle = np.sort(rng.uniform(0, 2 * np.pi, n))
         middle = at(view, u, v, rng.uniform(-0.6, 0.6))
         ring = rng.uniform(0.01, 0.4) * np.column_stack([np.cos(angle), np.sin(angle), rng.uniform(-1, 1, n)])
@@ -160,7 +165,8 @@ def edge_on(view, rng):
     """Triangles in the plane of a texel's ray, or 1e-12 off it, and such as have two corners on a ray."""
     n = 60
     u, v = centres(view, rng, n)
-    first, second = at(view, u, v, rng.uniform(-0.9, 0.0, n)), at(view, u, v, rng.uniform(0.0, 0.9, n))
+    first = at(view, u, v, rng.uniform(-0.9, 0.0, n))
+    second = at(view, u, v, rng.uniform(0.0, 0.9, n))
     third = at(view, u, v, rng.uniform(-0.9, 0.9, n)) + rng.uniform(-0.3, 0.3, (n, 3)) * [[1, 1, 0]]
     third += rng.choice([0.0, 1e-12], (n, 1)) * rng.uniform(-1, 1, (n, 3))
     corners = np.stack([first, second, third], axis=1)
@@ -197,7 +203,8 @@ def rows(view, rng):
     along = np.zeros((n, 3))
     along[np.arange(n), rng.integers(0, 2, n)] = 2.0 ** -rng.integers(1, 6, n)
     along[:, 2] = rng.choice([0.0, 0.125], n)
-    left, right = middle - rng.choice([0, 1, 1], (n, 1)) * along, middle + along
+    left = middle - rng.choice([0, 1, 1], (n, 1)) * along
+    right = middle + along
     one, other = rng.uniform(-0.3, 0.3, (2, n, 3))
     return separate(
         np.concatenate([np.stack([left, right, middle + one], 1), np.stack([right, left, middle + other], 1)]), rng
@@ -233,7 +240,8 @@ def to_world(view, points):
 
 def rasterized(view, tree):
     """Triangle and z of each texel by rasterisation, however many candidates there are."""
-    triangle, z = np.full((view.height, view.width), -9, np.int32), np.full((view.height, view.width), np.nan)
+    triangle = np.full((view.height, view.width), -9, np.int32)
+    z = np.full((view.height, view.width), np.nan)
     rasterize.first_hits(rasterize.candidate_pairs(view, tree, range(view.height)), tree, triangle, z)
     return triangle.ravel(), z.ravel()
 
@@ -246,7 +254,8 @@ def tiles(view):
 def traced(view, tree, proposal):
     """Triangle and z of each texel by the tree; proposal: a triangle a tile, or -1 for none."""
     proposal = np.ascontiguousarray(np.broadcast_to(proposal, tiles(view)), np.int32)
-    triangle, z = np.full((view.height, view.width), -9, np.int32), np.full((view.height, view.width), np.nan)
+    triangle = np.full((view.height, view.width), -9, np.int32)
+    z = np.full((view.height, view.width), np.nan)
     first_hit.first_hits(view.rays, view.width, view.height, tree.arrays, proposal, triangle, z)
     return triangle.ravel(), z.ravel()
 

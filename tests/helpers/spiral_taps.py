@@ -32,18 +32,23 @@ class Frame:
 
 def filament(frame, noise, radius, row, column, o):
     """Occlusion of a texel, row from below; o: the options by name."""
-    z, n = frame.levels[0][row, column], frame.normals[row, column]
-    p, total, turn = frame.point(column + 0.5, row + 0.5, z), 0.0, 2 * math.pi / (o["taps"] - 0.5) * o["turns"]
+    z = frame.levels[0][row, column]
+    n = frame.normals[row, column]
+    p = frame.point(column + 0.5, row + 0.5, z)
+    total = 0.0
+    turn = 2 * math.pi / (o["taps"] - 0.5) * o["turns"]
     for i in range(o["taps"]):
         angle = 2 * math.pi * 2.4 * noise + i * turn
         alpha = (i + noise + 0.5) / (o["taps"] - 0.5)
         far = max(1.0, alpha * alpha * radius * min(frame.lens[:2]) / z)
-        u, v = column + 0.5 + far * math.cos(angle), row + 0.5 + far * math.sin(angle)
+        u = column + 0.5 + far * math.cos(angle)
+        v = row + 0.5 + far * math.sin(angle)
         seen = frame.seen(u, v, far, o["max_level"])
         if seen is None:
             continue
         away = seen - p
-        square, above = away @ away, away @ n
+        square = away @ away
+        above = away @ n
         if above * above >= square * math.sin(math.radians(o["horizon"])) ** 2:
             weight = max(0.0, 1 - square / radius**2) ** 2
             total += weight * max(0.0, above + p[2] * o["bias"]) / (square + (0.1 * radius) ** 2)
@@ -58,9 +63,12 @@ def angle(cosine):
 
 def filament_gtao(frame, noise, radius, row, column, o):
     """Occlusion of a texel by slices, row from below; noise: two numbers from 0 to 1."""
-    z, n = frame.levels[0][row, column], frame.normals[row, column]
-    p, total = frame.point(column + 0.5, row + 0.5, z), 0.0
-    v, between = -p / np.linalg.norm(p), radius * min(frame.lens[:2]) / z / (o["steps"] + 1)
+    z = frame.levels[0][row, column]
+    n = frame.normals[row, column]
+    p = frame.point(column + 0.5, row + 0.5, z)
+    total = 0.0
+    v = -p / np.linalg.norm(p)
+    between = radius * min(frame.lens[:2]) / z / (o["steps"] + 1)
     for i in range(o["slices"]):
         phi = math.pi * (i + noise[0]) / o["slices"]
         d = np.array([math.cos(phi), math.sin(phi), 0])
@@ -75,7 +83,8 @@ def filament_gtao(frame, noise, radius, row, column, o):
                 seen = frame.seen(column + 0.5 + side * far * d[0], row + 0.5 + side * far * d[1], far, o["max_level"])
                 if seen is None:
                     continue
-                square, cosine = (seen - p) @ (seen - p), (seen - p) @ v / np.linalg.norm(seen - p)
+                square = (seen - p) @ (seen - p)
+                cosine = (seen - p) @ v / np.linalg.norm(seen - p)
                 share = 1 - min(2 * square / radius**2, 1) if cosine > horizon else o["thickness"]
                 horizon += share * (cosine - horizon)
             h = tilt + min(max(side * angle(horizon) - tilt, -math.pi / 2), math.pi / 2)

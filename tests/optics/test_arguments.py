@@ -12,7 +12,8 @@ from lfssao import Camera, WorldToImage
 CAMERA = Camera("perspective", (1.0, 2.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 2.0, 1.0, 9.0)
 DISPLAY = lfssao.find_display("sample-a").with_resolution(40, 24)
 CONVEX = lfssao.find_display("convex").with_resolution(40, 24)
-WORLD, BOX = np.eye(3, 4), np.array([[-1.0, -2.0, -3.0], [4.0, 2.0, 1.0]])
+WORLD = np.eye(3, 4)
+BOX = np.array([[-1.0, -2.0, -3.0], [4.0, 2.0, 1.0]])
 VIEW = DISPLAY.view(0, WORLD)
 MASKED = np.ma.array(np.ones((4, 3)), mask=np.eye(4, 3))
 

@@ -63,7 +63,8 @@ def test_the_command_shows_the_whole_scene_in_any_shape(tmp_path, size):
 @given(cameras(), st.tuples(*[st.floats(0, 1)] * 3), st.integers(1, 2000), st.integers(1, 2000))
 def test_screen_to_world_undoes_world_to_image(camera, share, width, height):
     view = camera.view(width, height)
-    u, v = share[0] * width, share[1] * height
+    u = share[0] * width
+    v = share[1] * height
     ox, oy, oz, dx, dy, dz, near, far = rays.texel_ray(view.rays, u, v)
     assert (near, far) == (camera.near, camera.far)
     z = near + share[2] * (far - near)
@@ -113,7 +114,8 @@ BOX = np.array([[-1.0, -2.0, -3.0], [4.0, 2.0, 1.0]])
 
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
 def test_a_placed_camera_is_the_usual_one_but_for_what_is_said(projection):
-    usual, placed = Camera.looking_at(BOX, projection), Camera.placed(BOX, projection, up=(0.0, 2.0, 0.0))
+    usual = Camera.looking_at(BOX, projection)
+    placed = Camera.placed(BOX, projection, up=(0.0, 2.0, 0.0))
     assert Camera.placed(BOX, projection) == usual
     assert (placed.eye, placed.target, placed.extent) == (usual.eye, usual.target, usual.extent)
     assert (placed.near, placed.far) == pytest.approx((usual.near, usual.far))

@@ -21,7 +21,8 @@ from lfssao.optics.kernels import display as kernels
 from lfssao.optics.kernels import projection as mapping
 from lfssao.optics.kernels import rays
 
-VALID, OUTSIDE = kernels.VALID, kernels.OUTSIDE
+VALID = kernels.VALID
+OUTSIDE = kernels.OUTSIDE
 WORLD = np.hstack([np.diag([1.0, 1.0, -1.0]), np.zeros((3, 1))])
 both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 
@@ -71,7 +72,9 @@ def test_images_are_the_textbooks_and_their_rays_go_through_the_points(display, 
 
     By the display and by its view, where flat displays have a mapping and rays of their own.
     """
-    m, d, points = display.modules[0], display.module_numbers(0).tolist(), np.array(points)
+    m = display.modules[0]
+    d = display.module_numbers(0).tolist()
+    points = np.array(points)
     points[:, 2] *= np.where(points[:, 2] > 0, m.z, -display.observer_z)
     image, answers = display.physical_to_image(0, points)
     keep = np.isin(answers, (VALID, OUTSIDE)) & (np.abs(np.nan_to_num(image[:, :2])) < 20 * m.width).all(axis=1)
@@ -99,13 +102,15 @@ def test_algorithm2_of_any_display_equals_the_reference(dtype, display, size, se
         display = display.with_resolution(*size)
     except InputError:  # in a texture of another shape its distortion would fold
         reject()
-    rng, shape = np.random.default_rng(seed), size[::-1]
+    rng = np.random.default_rng(seed)
+    shape = size[::-1]
     there = rng.random(shape) < 0.9
     depth = np.where(there, rng.uniform(-0.2, 0.2, shape), np.inf).astype(dtype)
     positions = np.where(there[..., None], rng.uniform(-0.4, 0.4, (*shape, 3)), np.inf).astype(dtype)
     world = np.hstack([np.diag([0.5, 0.4, -0.6]), rng.uniform(-0.05, 0.05, (3, 1))])
     numbers = np.concatenate([world.ravel(), display.module_numbers(0)])
-    samples, radius = make_samples("random", 7, 3), rng.choice([0.02, 0.5, 10.0])
+    samples = make_samples("random", 7, 3)
+    radius = rng.choice([0.02, 0.5, 10.0])
     actual = ssao.algorithm2(depth, positions, WorldToImage(mapping.DISPLAY, numbers), samples, radius)
     offsets = (radius * samples).astype(dtype)
     occlusion, answers = algorithm2(depth, positions, offsets, "display", numbers.astype(dtype))
@@ -125,7 +130,8 @@ def test_left_and_top_edges_are_in_the_texture_and_right_and_bottom_ones_are_not
     np.testing.assert_array_equal(image[:, :2], points[:, :2] * [1, -1] + [2, 1])
     numbers = np.concatenate([WORLD.ravel(), display.module_numbers(0)])
     to_image = WorldToImage(kind, numbers) if kind == mapping.DISPLAY else display.view(0, WORLD).world_to_image
-    depth, positions = np.full((2, 4), -1, dtype), points.reshape(2, 4, 3).astype(dtype)
+    depth = np.full((2, 4), -1, dtype)
+    positions = points.reshape(2, 4, 3).astype(dtype)
     found = ssao.algorithm2(depth, positions, to_image, np.zeros((4, 3)), 1.0)
     assert found.texture.ravel().tolist() == inside
     assert found.outside == 4 * inside.count(False)
@@ -160,10 +166,12 @@ def test_points_of_a_texels_ray_land_on_it(display, seed):
 @pytest.mark.parametrize("name", SHAPES)
 def test_views_with_and_without_a_guard_band_of_a_mesh_that_reaches_behind_everything(name):
     """Triangles through the modules, the observers and beyond: what is seen lies on the texels' rays' spans."""
-    display, rng = SHAPES[name], np.random.default_rng(36)
+    display = SHAPES[name]
+    rng = np.random.default_rng(36)
     vertices = (rng.uniform(-2, 2, (60, 1, 3)) + rng.uniform(-1.5, 1.5, (60, 3, 3))).reshape(-1, 3)
     caster = RayCaster(Mesh(vertices, np.arange(180).reshape(-1, 3)), WORLD)
-    plain, wide = display.view(0, WORLD), display.view(0, WORLD, guard=7)
+    plain = display.view(0, WORLD)
+    wide = display.view(0, WORLD, guard=7)
     assert (wide.width, wide.height) == (plain.width + 14, plain.height + 14)
     points = rng.uniform(-0.1, 0.1, (30, 3))
     np.testing.assert_allclose(
@@ -199,7 +207,8 @@ def test_users_kernels_can_call_physical_to_image(dtype, texel):
 
 
 def test_arrays_of_any_shape():
-    display, points = SHAPES["conical"], np.random.default_rng(38).uniform(-0.3, 0.3, (4, 5, 3))
+    display = SHAPES["conical"]
+    points = np.random.default_rng(38).uniform(-0.3, 0.3, (4, 5, 3))
     image, answers = display.physical_to_image(0, points)
     for place in np.ndindex(4, 5):
         one, answer = display.physical_to_image(0, points[place].tolist())

@@ -165,7 +165,8 @@ def refusal(data, changes):
     ("base", "key", "value"), [(base, *pair) for base, data in BASES.items() for pair in keys_of(data)]
 )
 def test_a_wrong_a_missing_and_an_unknown_value_is_refused_by_its_key(base, key, value):
-    name, kind = key.split(".")[-1], list if isinstance(value, tuple) else type(value)
+    name = key.split(".")[-1]
+    kind = list if isinstance(value, tuple) else type(value)
     for wrong in WRONG["array of tables" if name == "list" else kind]:
         assert refusal(BASES[base], {key: wrong}).startswith((f"{key}: it ", f"{key} is ")), wrong
     unknown = key.removesuffix(name) + "color"
@@ -306,7 +307,8 @@ def test_drawing_shows_modules_screen_observers_roi_and_rays(name):
     places = np.array([(m.x, m.z) for m in display.modules])
     count = len(places)
     np.testing.assert_array_equal(lines.pop(f"{count} module{'s' * (count > 1)}"), places)
-    screen, observers = lines.pop("screen"), lines.pop("observers")
+    screen = lines.pop("screen")
+    observers = lines.pop("observers")
     assert_on_circle(screen, display.screen_curvature, 0.0)
     assert np.abs(screen[[0, -1], 0]).tolist() == [display.screen_width / 2] * 2
     assert_on_circle(observers, display.observer_curvature, display.observer_z)

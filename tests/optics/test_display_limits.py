@@ -20,12 +20,14 @@ FLAT = Display("flat", 1.0, 0.6, 0.1, -2.0, (Module(-0.8, 0.05, 0.7, 1000, 600, 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_growing_radii_lead_to_the_flat_display_at_the_rate_of_one_over_the_radius(which, sign):
     points = np.random.default_rng(33).uniform([-0.4, -0.25, -1.0], [0.4, 0.25, 0.4], (200, 3))
-    u, v = np.array([0.5, 300, 999.5]), np.array([0.5, 200, 599.5])
+    u = np.array([0.5, 300, 999.5])
+    v = np.array([0.5, 200, 599.5])
 
     def images_and_rays(display):
         return display.physical_to_image(0, points)[0], np.hstack(display.texel_ray(0, u, v))
 
-    flat, errors = images_and_rays(FLAT), []
+    flat = images_and_rays(FLAT)
+    errors = []
     for radius in (1e3, 1e6, 1e9, 1e12):
         curved = images_and_rays(replace(FLAT, **{which: sign / radius}))
         errors.append([np.abs(a - b).max() for a, b in zip(curved, flat, strict=True)])
@@ -43,14 +45,19 @@ def answer_at(display, *point):
 @given(display=displays(), x=st.floats(-0.4, 0.4), seed=st.integers(0, 2**32))
 def test_rays_end_at_observers_and_lens_and_beyond_there_is_no_image(display, x, seed):
     """The conical diffuser's end where 1 + kappa = 0, z = -z_o h_m / h_e, if that is before the lens."""
-    m, y_o, z_o, arc = display.modules[0], display.observer_height, display.observer_z, display.observer_curvature
+    m = display.modules[0]
+    y_o = display.observer_height
+    z_o = display.observer_z
+    arc = display.observer_curvature
     for z in (m.z, np.nextafter(m.z, 9), 2 * m.z, math.inf, math.nan):
         assert answer_at(display, m.x + x, 0.0, z) == BEHIND_MODULE
     assert arc != 0 or answer_at(display, x, 0.1, z_o) == BEHIND_OBSERVER
     origin, direction, span = display.texel_ray(0, *texels(m, seed))
     for start, step, (near, far) in zip(origin, direction, span, strict=True):
         if near < far:
-            eye, h_m, h_e = start + near * step, math.hypot(start[1] - m.y, m.z), math.hypot(start[1] - y_o, z_o)
+            eye = start + near * step
+            h_m = math.hypot(start[1] - m.y, m.z)
+            h_e = math.hypot(start[1] - y_o, z_o)
             assert eye[1] == pytest.approx(y_o, abs=1e-12)
             assert arc * (eye[0] ** 2 + (near - z_o) ** 2) == pytest.approx(2 * (near - z_o), abs=1e-12)
             end = min(m.z, -z_o * h_m / h_e) if display.diffuser == "conical" else m.z
@@ -78,7 +85,8 @@ def test_beyond_the_fold_there_is_no_image(k1, k2):
     display = Display("folds", 2.0, 1.5, 0.0, -2.0, (m,), ROI)
     fold = math.sqrt(fold_radius(k1, k2))
     top = fold * (1 + k1 * fold**2 + k2 * fold**4)
-    c, s = np.cos([0.0, 0.7, 2.0, 3.5]), np.sin([0.0, 0.7, 2.0, 3.5])
+    c = np.cos([0.0, 0.7, 2.0, 3.5])
+    s = np.sin([0.0, 0.7, 2.0, 3.5])
     for share in (0.9, 1 - 1e-9, 1 + 1e-9, 2.0):
         _, answers = display.physical_to_image(0, share * fold * np.stack([c, s, 0 * s], axis=1))
         assert (answers == (OUTSIDE if share < 1 else FOLDED)).all()

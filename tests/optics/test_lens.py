@@ -75,7 +75,8 @@ angles = st.floats(-70, 70)
 )  # fmt: skip
 def test_projector_homography_is_that_of_rotation_matrices(lens, turn, field_of_view, x, y):
     """Yaw to +x, pitch up and roll, in that order, each about the projector's own axes; it looked along -z."""
-    width, height = 640, 480
+    width = 640
+    height = 480
     yaw, pitch, roll = turn
     # In physical space, X right, Y up, Z away, seen along -z: yaw to +x turns about y from -z to +x, and so on.
     rotation = turned_about(1, -yaw) @ turned_about(0, pitch) @ turned_about(2, roll)

@@ -22,7 +22,8 @@ from lfssao import (
 from lfssao.cli.main import main
 from lfssao.optics.view import View
 
-NEAR_EYE, SMALL = find_views("near-eye"), parse_display(LENSES, "small.toml")
+NEAR_EYE = find_views("near-eye")
+SMALL = parse_display(LENSES, "small.toml")
 FLIP = np.diag([1.0, 1.0, -1.0, 1.0])[:3]  # the world is physical space, its z towards the viewers
 
 

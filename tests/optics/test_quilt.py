@@ -26,7 +26,8 @@ from lfssao import (
 )
 from lfssao.cli.main import main
 
-PORTRAIT, GO = find_views("looking-glass-portrait"), find_views("looking-glass-go")
+PORTRAIT = find_views("looking-glass-portrait")
+GO = find_views("looking-glass-go")
 FLIP = np.diag([1.0, 1.0, -1.0, 1.0])[:3]  # the world is physical space, its z towards the viewers
 
 
@@ -95,7 +96,8 @@ def test_a_board_in_the_screen_stays_and_others_move(z, guard):
     box = np.array(((-0.05, -0.07, -0.04), (0.05, 0.07, 0.04)))
     quilt = replace(quilt, roi=tuple(map(tuple, box.tolist())))
     views = module_views(board(0.01, 0.05, z), quilt, guard=guard, bounds=box)
-    caster, texels = RayCaster(board(0.01, 0.05, z), views[0].cast_from_world), 240 / quilt.screen_width
+    caster = RayCaster(board(0.01, 0.05, z), views[0].cast_from_world)
+    texels = 240 / quilt.screen_width
     eyes = quilt.distance * np.tan(np.radians(35 * (np.arange(48) / 47 - 0.5)))
     edges = 120 + guard + texels * (0.01 + (0.01 - eyes) * z / (quilt.distance - z))
     seen = []
@@ -109,7 +111,8 @@ def test_a_board_in_the_screen_stays_and_others_move(z, guard):
 
 
 def test_a_view_of_several_is_that_view_alone(statue):
-    quilt, settings = PORTRAIT.with_resolution(24, 32), Settings((0.1,))
+    quilt = PORTRAIT.with_resolution(24, 32)
+    settings = Settings((0.1,))
     both, (alone,) = render(statue, quilt, settings, [0, 47]), render(statue, quilt, settings, [47])
     assert (both[0].gbuffer.depth != alone.gbuffer.depth).any()
     for name in ("depth", "positions"):
@@ -246,7 +249,8 @@ def test_render_view_by_view(small, tmp_path, capsys):
 
 def test_compare_takes_the_files_of_views(small, tmp_path, capsys):
     job = "statue", "--display", str(small), "--modules", "0:2", "--radii"
-    right, wrong = render_files(tmp_path / "right", *job, "5%"), render_files(tmp_path / "wrong", *job, "6%")
+    right = render_files(tmp_path / "right", *job, "5%")
+    wrong = render_files(tmp_path / "wrong", *job, "6%")
     assert main(["compare", str(right), str(right)]) == 0
     assert main(["compare", str(wrong), str(right), "--layers", "ao_1", "--no-diagnosis"]) == 2
     assert "first that differs: view_000, ao_1 (outside the interval)" in capsys.readouterr().out

@@ -44,7 +44,8 @@ def test_a_view_whose_numbers_a_kernel_would_read_beyond_their_end_is_refused(fi
 # Mappings of one's own
 
 WORLD = np.array([[0.5, 0.1, 0.0, -0.1], [-0.1, 0.45, 0.05, 0.01], [0.0, 0.1, -0.6, 0.05]])
-SAMPLE, CONVEX = find_display("sample-a"), find_display("convex")
+SAMPLE = find_display("sample-a")
+CONVEX = find_display("convex")
 CALIBRATED = Module(0.3, 0.05, 0.7, 32, 24, homography=(32.5, 0.6, 16.2, -0.4, -31.2, 12.3, 0.02, -0.03, 1.0), k1=-0.06)
 DISPLAYS = {
     "crossed slits": SAMPLE,
@@ -60,8 +61,12 @@ def bits(mapping):
 
 def own_mapping(display, module):
     """A module's mapping by the arguments that a display's numbers are, not by ``Display.view``."""
-    w, h, z_o, y_o = display.screen_width, display.screen_height, display.observer_z, display.observer_height
-    width, height = module.width, module.height
+    w = display.screen_width
+    h = display.screen_height
+    z_o = display.observer_z
+    y_o = display.observer_height
+    width = module.width
+    height = module.height
     if display is SAMPLE:
         x, y, z = WORLD - [[0, 0, 0, module.x], [0, 0, 0, y_o], [0, 0, 0, 0]]
         rows = [module.z * (width / w) * x, z_o * (-height / h) * y, z]
@@ -120,14 +125,16 @@ BOX_FACES = np.array([(0, 1, 3), (0, 3, 2), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0,
 )
 def test_no_ray_outside_the_rows_hits_what_is_in_the_box(name, size, seed):
     """Boxes anywhere, drawn as their six sides, by brute force; at most 3 rows too many on each side."""
-    view, rng = scenes.VIEWS[name](*size), np.random.default_rng(seed)
+    view = scenes.VIEWS[name](*size)
+    rng = np.random.default_rng(seed)
     points = scenes.anywhere(view, rng, 2, 0.6)
     points = points[0] + (points - points[0]) * rng.choice([1.0, 0.3, 0.02])
     bounds = scenes.to_world(view, points)
     bounds = np.stack([bounds.min(axis=0), bounds.max(axis=0)])
     corners = np.array(list(product(*bounds.T)))
     hit = cast(view, np.stack(raycast.affine(view.cast_from_world, *corners.T), axis=1), BOX_FACES)
-    rows, seen = seen_rows(view, bounds), np.flatnonzero(hit.any(axis=1))
+    rows = seen_rows(view, bounds)
+    seen = np.flatnonzero(hit.any(axis=1))
     if len(seen):
         assert rows.start <= seen[0] <= seen[-1] < rows.stop
         if rows.start > 0 and rows.stop < view.height:  # not cut off by the texture's border

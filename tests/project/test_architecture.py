@@ -132,7 +132,8 @@ def test_all_functions_of_the_numba_layer_are_kernels(path):
 @pytest.mark.parametrize("path", SOURCES, ids=name_of)
 def test_a_file_names_of_numba_what_it_may(path):
     """Its threads; the compiler and its events in core/jit.py alone, how intrinsics are made in core/intrinsics.py."""
-    tree, private = list(ast.walk(ast.parse(path.read_text()))), path.name == "intrinsics.py"
+    tree = list(ast.walk(ast.parse(path.read_text())))
+    private = path.name == "intrinsics.py"
     named = {alias.name for node in tree if isinstance(node, ast.ImportFrom) and node.module == "numba"
              for alias in node.names}  # fmt: skip
     attributes = [node for node in tree if isinstance(node, ast.Attribute)]

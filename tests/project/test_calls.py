@@ -15,9 +15,11 @@ from lfssao.errors import InputError
 from lfssao.optics.display_file import display_text
 from lfssao.rendering.settings import settings_of
 
-MESH, DISPLAY = lfssao.builtin_scene("statue"), lfssao.find_display("sample-a").with_resolution(40, 24)
+MESH = lfssao.builtin_scene("statue")
+DISPLAY = lfssao.find_display("sample-a").with_resolution(40, 24)
 VIEW = lfssao.module_views(MESH, DISPLAY, [10])[0]
-TEXTURES, MAPPING = (np.ones((24, 40)), np.ones((24, 40, 3))), VIEW.world_to_image
+TEXTURES = (np.ones((24, 40)), np.ones((24, 40, 3)))
+MAPPING = VIEW.world_to_image
 
 WRONG = {
     "mesh is of type Display": lambda: lfssao.module_views(DISPLAY, MESH),
@@ -140,7 +142,8 @@ def test_names_and_files_stand_for_scenes_displays_and_textures(tmp_path):
     assert np.array_equal(named.cast_from_world, VIEW.cast_from_world)
     for thing in (lfssao.RayCaster("statue", np.eye(3, 4)), lfssao.Occluders("statue")):
         assert np.array_equal(thing.mesh.vertices, MESH.vertices)
-    own, same = str(tmp_path / "own.toml"), lfssao.find_display("sample-a")
+    own = str(tmp_path / "own.toml")
+    same = lfssao.find_display("sample-a")
     assert lfssao.LightField(own, [10]).display.modules == same.modules
     assert lfssao.eye_range(own) == lfssao.eye_range(same)
     assert lfssao.eye_point(own, 0.4) == lfssao.eye_point(same, 0.4)

@@ -7,7 +7,8 @@ from refusals import is_refused
 import lfssao
 from lfssao.testing import check_sampler, make_case, sample_sets, write_kit
 
-MESH, DISPLAY = lfssao.find_scene("statue"), lfssao.find_display("sample-a").with_resolution(100, 60)
+MESH = lfssao.find_scene("statue")
+DISPLAY = lfssao.find_display("sample-a").with_resolution(100, 60)
 RENDERED = lfssao.render(MESH, DISPLAY, modules=[10])
 TEXTURES = RENDERED[0]
 BUFFERS = lfssao.Buffers.of(TEXTURES.gbuffer, TEXTURES.view)

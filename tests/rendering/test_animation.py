@@ -144,8 +144,10 @@ def animated(tmp_path_factory):
 def test_trees_are_built_where_the_scene_has_moved_and_kept_where_it_stays(tmp_path):
     mesh = builtin_scene("ammonite")
     views = tuple(module_views(mesh, find_display("sample-a").with_resolution(32, 24), range(2)))
-    still, moved_once = np.eye(3, 4), np.eye(3, 4) + np.eye(3, 4, 3)
-    transforms, boxes = (still, still.copy(), moved_once, still), (mesh.bounds,) * 4
+    still = np.eye(3, 4)
+    moved_once = np.eye(3, 4) + np.eye(3, 4, 3)
+    transforms = (still, still.copy(), moved_once, still)
+    boxes = (mesh.bounds,) * 4
     job = Job(mesh, views, Settings((0.05,)), tmp_path, {"display": None}, ((), ()), boxes, transforms)
     renderer = Renderer(job, 1)
     casters = [renderer.prepare(item) for item in job.items()]

@@ -7,9 +7,11 @@ from refusals import is_refused
 import lfssao
 from lfssao import Part, Settings
 
-MESH, DISPLAY = lfssao.builtin_scene("corner"), lfssao.find_display("sample-a").with_resolution(8, 6)
+MESH = lfssao.builtin_scene("corner")
+DISPLAY = lfssao.find_display("sample-a").with_resolution(8, 6)
 VIEW = lfssao.module_views(MESH, DISPLAY, [10])[0]
-BALL, PIXELS = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, -0.5]]), np.zeros((6, 8, 1), np.float32)
+BALL = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, -0.5]])
+PIXELS = np.zeros((6, 8, 1), np.float32)
 HOLED = np.ma.array(PIXELS, mask=np.arange(48).reshape(PIXELS.shape) == 5)
 NO_THREADS = [np.nan, -1, 0, 1.5, "two", None, 1e9, True]
 NO_MODULES = [[0.5], ["left"], [np.nan], [None], [-1], [21], "10", [], range(0), np.zeros((1, 1), int), [True]]

@@ -22,7 +22,8 @@ from lfssao.cli.main import main
 from lfssao.samples import texel_turns
 from lfssao.verify.verdict import Verdict
 
-RADII, GTAO = ("--radii", "0.3,0,1.5"), ("--estimator", "gtao", "--parameter", "slices=3")
+RADII = ("--radii", "0.3,0,1.5")
+GTAO = ("--estimator", "gtao", "--parameter", "slices=3")
 LAYERS = "depth,positions,normals,ao,bent"
 PLACES = {"camera": ["--camera", "--guard", "3"], "module_002": ["--display", "convex", "--modules", "2:3"]}
 
@@ -45,7 +46,8 @@ def test_settings_ask_for_it_and_for_what_it_reads():
 @pytest.mark.parametrize("estimator", ["gtao", "visibility-bitmask"])
 def test_textures_are_bent_normals_of_each_radius(statue, estimator):
     (view,) = module_views(statue, find_display("virtual").with_resolution(48, 36), None, 4)
-    caster, options = RayCaster(statue, view.cast_from_world), {"thickness": 0.2} if "mask" in estimator else {}
+    caster = RayCaster(statue, view.cast_from_world)
+    options = {"thickness": 0.2} if "mask" in estimator else {}
     how = {"estimator": estimator, "rotation": "hash", "rotation_seed": 5, "parameters": options, "units": "world"}
     settings = Settings((0.3, 0.1, 0.3), layers=("bent", "normals"), **how)
     made = render_view(caster, view, settings)
@@ -65,7 +67,8 @@ def test_textures_are_bent_normals_of_each_radius(statue, estimator):
 
 def test_files_have_a_part_a_radius_by_render_and_by_ao(rendered, tmp_path, capsys):
     folder, name = rendered
-    parts, file = read_exr(folder / f"{name}.exr"), folder / f"{name}.exr"
+    parts = read_exr(folder / f"{name}.exr")
+    file = folder / f"{name}.exr"
     assert list(parts) == ["depth", "positions", "normals", "ao_1", "ao_2", "ao_3", "bent_1", "bent_2", "bent_3"]
     assert set(parts["bent_1"].channels) == {"bent_1.X", "bent_1.Y", "bent_1.Z"}
     assert parts["bent_1"].guard == 0

@@ -64,7 +64,8 @@ def processes(cluster):
 
 @pytest.mark.slow
 def test_a_killed_worker_costs_nothing_but_time(local, cluster, tmp_path, capsys):
-    folder, before = tmp_path / "out", processes(cluster)
+    folder = tmp_path / "out"
+    before = processes(cluster)
     assert len(set(before)) == 2
     killed = []
     # The traces of a worker that is killed while it writes.
@@ -136,7 +137,8 @@ def test_no_scheduler_no_package_and_threads_that_are_not_ours(tmp_path, capsys,
 
 
 def job_in(folder, count=COUNT):
-    mesh, display = builtin_scene("ammonite"), find_display("sample-a").with_resolution(160, 96)
+    mesh = builtin_scene("ammonite")
+    display = find_display("sample-a").with_resolution(160, 96)
     views = tuple(module_views(mesh, display, range(count)))
     head = {"scene": describe_scene(mesh), "display": None, "sampling": {"method": "latin", "count": 8, "seed": 0}}
     return Job(mesh, views, Settings((0.05, 0.1)), folder, head, ((),) * len(views), (mesh.bounds,))
@@ -215,7 +217,9 @@ class Untouched:
 @pytest.mark.parametrize("ahead", [1, 3, 5])
 def test_no_more_views_are_in_memory_than_asked_for(tmp_path, monkeypatch, ahead):
     """Writing is held until no more items come."""
-    gate, alive, most = threading.Event(), weakref.WeakSet(), []
+    gate = threading.Event()
+    alive = weakref.WeakSet()
+    most = []
     job = job_in(tmp_path, 8)
 
     def textures(_, item):
@@ -237,7 +241,8 @@ def test_no_more_views_are_in_memory_than_asked_for(tmp_path, monkeypatch, ahead
 
 def test_files_are_written_while_the_next_passes_run(tmp_path, monkeypatch):
     """The passes of the second view end once the first one's file is begun, and that once they have begun."""
-    begun, computing = threading.Event(), threading.Event()
+    begun = threading.Event()
+    computing = threading.Event()
     job = job_in(tmp_path, 4)
 
     def textures(_, item):
@@ -270,7 +275,8 @@ def test_files_that_were_begun_are_finished_when_the_job_is_stopped(tmp_path):
 @pytest.mark.parametrize("scheduler", [(), ("--scheduler", "local")], ids=["here", "local"])
 def test_sigterm_leaves_whole_files_and_nothing_else(tmp_path, scheduler):
     """No half-written file, no worker, no folder of dask; the session of the command has no process left."""
-    folder, temporary = tmp_path / "out", tmp_path / "temporary"
+    folder = tmp_path / "out"
+    temporary = tmp_path / "temporary"
     temporary.mkdir()
     command = [sys.executable, "-m", "lfssao", "render", "ammonite", "--display", "sample-a", *scheduler, "-o", folder]
     running = subprocess.Popen(

@@ -33,7 +33,8 @@ def test_titles_stand_over_the_pictures():
 
 def test_numbers_stand_under_the_ends_of_the_bar_and_its_words_between():
     sheet = np.asarray(contact_sheet([("seen", Image.new("RGB", (3 * 480 + 24, 5)))]))
-    bar, below = sheet[22 + 5 + 12 :, 12:-12], 22
+    bar = sheet[22 + 5 + 12 :, 12:-12]
+    below = 22
     assert bar[0, 0].tolist() == [0, 0, 0]
     assert bar[below - 1, -1].tolist() == [255, 255, 255]
     ink = (bar[below:] < 255).any(axis=2)

@@ -28,13 +28,17 @@ class Seen:
         self.focal, self.near, self.far = view["lens"][1], *view["lens"][4:6]
         self.orthographic = projection == "orthographic"
         self.surface = np.isfinite(self.parts["depth"][..., 0])
-        d, n, f = self.parts["depth"][..., 0].astype(np.float64), self.near, self.far
+        d = self.parts["depth"][..., 0].astype(np.float64)
+        n = self.near
+        f = self.far
         with np.errstate(invalid="ignore"):
             self.z = np.where(self.surface, n + d * (f - n) if self.orthographic else n * f / (f - d * (f - n)), np.inf)
 
     def projection(self, clip, right_handed, endless):
         """glFrustum, glOrtho and their kin of other depths, for eyes that look along +z, or along -z."""
-        n, f, half = self.near, self.far, (20 / self.focal, 15 / self.focal)
+        n = self.near
+        f = self.far
+        half = (20 / self.focal, 15 / self.focal)
         p = np.zeros((4, 4))
         p[0, 0], p[1, 1] = 1 / half[0], (-1 if "vulkan" in clip else 1) / half[1]
         if self.orthographic:
@@ -49,7 +53,9 @@ class Seen:
 
     def depth(self, kind, right_handed, endless):
         """The depth buffer's values of each kind and of its background."""
-        z, n, f = self.z, self.near, np.inf if endless and not self.orthographic else self.far
+        z = self.z
+        n = self.near
+        f = np.inf if endless and not self.orthographic else self.far
         with np.errstate(invalid="ignore"):
             window = (z - n) / (f - n) if self.orthographic else (1 - n / z) / (1 - n / f)
         kinds = {"window": (window, 1), "window-gl": (2 * window - 1, 1), "reversed": (1 - window, 0)}
@@ -122,12 +128,16 @@ def test_buffers_of_any_convention_are_those_of_render(seen, tmp_path, conventio
     buffers = buffers_of(made, read_description(path, "", size))
     surface = seen.surface
     assert np.array_equal(np.isfinite(buffers.depth), surface)
-    n, f, kind = seen.near, seen.far, convention.get("depth_kind", "window")
-    wanted, off = seen.parts["depth"][..., 0].astype(np.float64), {"rtol": 0, "atol": 2e-7}
+    n = seen.near
+    f = seen.far
+    kind = convention.get("depth_kind", "window")
+    wanted = seen.parts["depth"][..., 0].astype(np.float64)
+    off = {"rtol": 0, "atol": 2e-7}
     linear = kind in ("linear", "view-z") or (kind == "reversed" and not seen.orthographic)
     assert buffers.view.linear == linear
     if linear:  # distances keep their digits, and reversed depth has them
-        wanted, off = seen.z, {"rtol": 2.0**-24 if kind != "reversed" else 2e-6, "atol": 0}
+        wanted = seen.z
+        off = {"rtol": 2.0**-24 if kind != "reversed" else 2e-6, "atol": 0}
     elif convention.get("endless") and not seen.orthographic:
         wanted = wanted * (1 - n / f)
     np.testing.assert_allclose(buffers.depth[surface], wanted[surface], **off)
@@ -163,7 +173,8 @@ def test_half_floats_are_read_too(seen, tmp_path):
 @pytest.mark.parametrize("axis", [0, 1])
 def test_positions_beside_their_texels_and_depths_that_are_not_theirs_are_counted(seen, tmp_path, axis):
     made, path, size = in_convention(seen, tmp_path)
-    said, count = read_description(path, "", size), seen.surface.sum()
+    said = read_description(path, "", size)
+    count = seen.surface.sum()
     beside = np.roll(made["positions"], 2, axis)
     moved = seen.surface & np.roll(seen.surface, 2, axis)
     moved[:, ::2] = False

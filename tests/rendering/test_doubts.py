@@ -36,7 +36,8 @@ def test_radii_below_half_a_texel_everywhere(statue):
     """Half a texel of an orthographic camera is the same everywhere, a module's is largest where the box is nearest."""
     camera = Camera.looking_at(statue.bounds, "orthographic")
     half = 0.5 * camera.extent / 36
-    radii, boxes = (0.0, 0.5 * half, 0.999 * half, 1.001 * half, 1.0), [statue.bounds]
+    radii = (0.0, 0.5 * half, 0.999 * half, 1.001 * half, 1.0)
+    boxes = [statue.bounds]
     assert subpixel_radii([camera.view(48, 36)], boxes, radii) == radii[1:3]
     assert subpixel_radii([camera.view(48, 36), camera.view(64, 48)], boxes, radii) == radii[1:2]
     for name in display_names():
@@ -94,13 +95,15 @@ LENGTHS = re.compile(
 @pytest.mark.parametrize("name", ["sample-a", "convex", "picoarray", "c80"])
 def test_one_length_of_a_display_in_millimetres(name):
     """Each length of its file alone, and each coordinate alone; the display is asked about, or cannot exist."""
-    text, asked = display_text(name), []
+    text = display_text(name)
+    asked = []
     text = re.sub(r"(?m)^height = 0\.0\b", "height = 0.1", text)
     text = re.sub(r"(?m)^y = 0\.0\b", "y = 0.1", text)
     assert not list(of_display(parse_display(text, name)))
     for line in LENGTHS.finditer(text):
         for number in re.finditer(r"-?\d+\.?\d*", line[2]):
-            start, end = line.start(2) + number.start(), line.start(2) + number.end()
+            start = line.start(2) + number.start()
+            end = line.start(2) + number.end()
             if float(number[0]) == 0:
                 continue
             try:

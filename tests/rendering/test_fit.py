@@ -12,7 +12,10 @@ from lfssao.optics.view import WorldToImage
 from lfssao.rendering.conversion import buffers_of
 from lfssao.rendering.view_file import Description, _of_mapping
 
-WIDTH, HEIGHT, NEAR, FAR = 64, 48, 0.5, 50.0
+WIDTH = 64
+HEIGHT = 48
+NEAR = 0.5
+FAR = 50.0
 TEXELS = WIDTH * HEIGHT
 
 

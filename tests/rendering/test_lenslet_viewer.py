@@ -13,7 +13,8 @@ from lfssao import InputError, find_views, parse_display, read_exr
 from lfssao.cli.main import main
 from lfssao.rendering.lenslet_viewer import LensletView
 
-NEAR_EYE, SMALL = find_views("near-eye"), parse_display(LENSES, "small.toml")
+NEAR_EYE = find_views("near-eye")
+SMALL = parse_display(LENSES, "small.toml")
 
 
 def numbered(display):
@@ -33,9 +34,11 @@ def seen_texel(eye, point):
     """
     at = []
     for e, p in zip(eye, point, strict=True):
-        slope, lens = (p - e) / 20, 1.2 * floor(p / 1.2 + 0.5)
+        slope = (p - e) / 20
+        lens = 1.2 * floor(p / 1.2 + 0.5)
         at.append(p + (slope - (p - lens) / 6.427) * 6.316)
-    column, row = floor((0.5 + at[0] / 21.6) * 2160), floor((0.5 - at[1] / 21.6) * 2160)
+    column = floor((0.5 + at[0] / 21.6) * 2160)
+    row = floor((0.5 - at[1] / 21.6) * 2160)
     return None if not (0 <= column < 2160 and 0 <= row < 2160) else row * 2160 + column + 1
 
 
@@ -43,7 +46,8 @@ def seen_texel(eye, point):
 def test_an_eye_sees_the_texels_of_the_author(eye):
     shot = numbered(NEAR_EYE).photograph(eye[0] / 1000, eye[1] / 1000, width=37)
     assert shot.image.shape == (37, 37, 1)
-    side, dark = 21.6 * 1.2 / 1.58, 0
+    side = 21.6 * 1.2 / 1.58
+    dark = 0
     for j in range(37):
         for i in range(37):
             point = side * ((i + 0.5) / 37 - 0.5), side * (0.5 - (j + 0.5) / 37)
@@ -55,7 +59,8 @@ def test_an_eye_sees_the_texels_of_the_author(eye):
 
 
 def test_eyes_in_the_box_see_each_lens_show_its_own_image():
-    view, box = numbered(SMALL), SMALL.eye_box
+    view = numbered(SMALL)
+    box = SMALL.eye_box
     assert box > 0
     owner = np.concatenate([np.full(SMALL.width * SMALL.height, -1), [-1]])
     for k in range(SMALL.count):
@@ -77,7 +82,8 @@ def test_lenses_without_textures_are_dark():
     assert view.missing == [8]
     shot = view.photograph(0.0, 0.0, width=151)
     lit = shot.image[..., 0] > 0
-    rows, columns = np.flatnonzero(lit.any(axis=1)), np.flatnonzero(lit.any(axis=0))
+    rows = np.flatnonzero(lit.any(axis=1))
+    columns = np.flatnonzero(lit.any(axis=0))
     # The middle lens: 11.25 of 37.5 x 28.125 millimetres in the picture's middle.
     assert (columns[0], columns[-1]) == (53, 97)
     assert (rows[0], rows[-1]) == (34, 78)
@@ -106,7 +112,8 @@ def folder(tmp_path_factory):
 
 
 def test_view_shows_what_an_eye_sees(folder, tmp_path, capsys):
-    target, panel = tmp_path / "eye.png", read_exr(folder / "panel.exr")["merged"].pixels
+    target = tmp_path / "eye.png"
+    panel = read_exr(folder / "panel.exr")["merged"].pixels
     words = "view", str(folder), "--layer", "merged", "--width", "100", "-o", str(target)
     assert main([*words, "--eye-x", "0.02", "--eye-y", "-0.01"]) == 0
     assert "each lens shows its own image alone to eyes within x, y = -0.0" in capsys.readouterr().out
@@ -141,7 +148,8 @@ def test_an_animation_and_a_distance(folder, tmp_path):
 
 
 def test_refusals(folder, tmp_path, capsys):
-    shown, out = str(folder), ("-o", str(tmp_path / "a.png"))
+    shown = str(folder)
+    out = ("-o", str(tmp_path / "a.png"))
     for words, reason in {
         ("--blend", "nearest", *out): "--blend is for displays of modules: an eye sees the lenses of small as they are",
         ("--distance", "1e-3", "--orbit"): "--orbit: there is no eye that sees each lens of small show its own",

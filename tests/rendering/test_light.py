@@ -24,7 +24,8 @@ def layers(folder, *names):
 @pytest.mark.parametrize("scene", ["statue", "armadillo"])
 def test_a_light_changes_the_layer_shaded_alone(tmp_path, scene):
     """The armadillo has no colour: its image is white."""
-    plain, lit = render(tmp_path / "plain", scene, *SMALL), render(tmp_path / "lit", scene, *SMALL, *LIGHT)
+    plain = render(tmp_path / "plain", scene, *SMALL)
+    lit = render(tmp_path / "lit", scene, *SMALL, *LIGHT)
     (before,), (after,) = digests_of(plain), digests_of(lit)
     assert {name for name in after if before.get(name) != after[name]} == {"shaded", "normals"}
     depth, normals, blurred, shaded = layers(lit, "depth", "normals", "blurred", "shaded")
@@ -62,7 +63,8 @@ def test_a_job_resumes_by_its_own_light_alone(tmp_path, capsys):
 
 def test_the_textures_of_others_are_lit(tmp_path, capsys):
     folder = render(tmp_path / "lit", "statue", *SMALL, *LIGHT)
-    whole, made = str(folder / "module_010.exr"), tmp_path / "made"
+    whole = str(folder / "module_010.exr")
+    made = tmp_path / "made"
     words = "ao", "--depth", whole, "--positions", whole, "--normals", whole, "--buffers", str(folder)
     more = "--radii", repr(manifest_of(folder)["settings"]["radii"][0]), *LIGHT, "-o", str(made)
     assert main([*words, "--image", whole, *more]) == 0

@@ -23,7 +23,8 @@ def test_a_digest_is_of_the_numbers_row_by_row(array):
 
 
 def test_the_digest_of_colours_is_of_samplers_too_where_there_are_any():
-    image, one = np.ones((2, 2, 3), np.float32), np.zeros(1, np.int32)
+    image = np.ones((2, 2, 3), np.float32)
+    one = np.zeros(1, np.int32)
     paint = Paint(np.ones((1, 3), np.float32), one, (image,), np.zeros((3, 2)))
     arrays = [paint.factors, one, paint.uv, None, image]
     sums = [None if each is None else [list(each.shape), digest(each)] for each in arrays]

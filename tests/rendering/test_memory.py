@@ -37,7 +37,8 @@ def test_memory_is_checked_against_what_is_there(monkeypatch):
 @pytest.mark.slow
 def test_memory_is_what_the_passes_take():
     """The memory of sao where the texels' lines are a table, which needs more than all that comes after it."""
-    mesh, display = builtin_scene(), find_display("convex")
+    mesh = builtin_scene()
+    display = find_display("convex")
     settings = Settings((0.1, 0.2), estimator="sao", normals="geometric")
 
     def rendering(width, height):

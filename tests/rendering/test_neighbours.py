@@ -94,7 +94,8 @@ def test_all_textures_of_lenses_are_kept_and_those_of_modules_in_turn(statue):
 
 @NEEDS_EMBREE
 def test_neighbours_are_seen_by_the_caster_of_the_settings(statue, monkeypatch):
-    real, asked = RayCaster.gbuffer, []
+    real = RayCaster.gbuffer
+    asked = []
 
     def recorded(self, *options, **named):
         asked.append(signature(real).bind(self, *options, **named).arguments["caster"])

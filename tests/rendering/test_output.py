@@ -140,7 +140,8 @@ def test_digests_are_those_of_the_files_pixels(folder, manifest):
 
 
 def test_manifest_has_all_parameters(folder, manifest):
-    settings, machine = manifest["settings"], manifest["machine"]
+    settings = manifest["settings"]
+    machine = manifest["machine"]
     x, y, z = np.subtract(*manifest["scene"]["bounds"][::-1])
     assert settings["radii"] == [0.05, pytest.approx(0.04 * (x * x + y * y + z * z) ** 0.5)]
     assert np.shape(settings["samples"]) == (6, 3)

@@ -109,7 +109,8 @@ def test_the_page_is_within_one_code_of_view_at_five_eyes(browser, folder, path,
 
 def random_page(monkeypatch, path, display, missing=()):
     """A page of random textures, saved; the textures."""
-    rng, chosen = np.random.default_rng(5), [k for k in range(len(display.modules)) if k not in missing]
+    rng = np.random.default_rng(5)
+    chosen = [k for k in range(len(display.modules)) if k not in missing]
     textures = {k: 0.02 + 0.98 * rng.random((SIZE[1], SIZE[0], 3), np.float32) ** 3 for k in chosen}
     entries = {k: {"file": f"{k}.exr", "textures": {"shaded": k}} for k in chosen}
     monkeypatch.setattr(made, "read_views", lambda *_: (display, entries))
@@ -121,7 +122,8 @@ def random_page(monkeypatch, path, display, missing=()):
 @pytest.mark.parametrize("name", DISPLAYS)
 def test_all_flat_displays_and_missing_modules(browser, monkeypatch, tmp_path, name):
     """Random textures have a step at each texel; every pixel that a module reaches is lit, all others are black."""
-    display, reached = DISPLAYS[name], []
+    display = DISPLAYS[name]
+    reached = []
     textures = random_page(monkeypatch, tmp_path / "eye.html", display, (7, 8, len(display.modules) - 1))
     opened(browser, tmp_path / "eye.html")
     end, near, far = eye_range(display)[1], *browser.execute_script("return data.distances")
@@ -133,7 +135,8 @@ def test_all_flat_displays_and_missing_modules(browser, monkeypatch, tmp_path, n
         for k, texture in textures.items():
             field.put(k, texture)
         shot = field.photograph(share * end, 123)
-        expected, found = to_codes(shot.image).astype(int), pixels(browser, x=share * end, distance=distance)
+        expected = to_codes(shot.image).astype(int)
+        found = pixels(browser, x=share * end, distance=distance)
         assert np.abs(found - expected).max() <= 1
         assert np.array_equal(found.any(axis=2), expected.any(axis=2))
         assert found.any(axis=2).sum() == expected[..., 0].size - shot.dark
@@ -151,7 +154,8 @@ def test_orange_is_a_modules_share_of_the_light(browser, monkeypatch, tmp_path, 
     numbers = [display.module_numbers(k) for k in range(len(display.modules))]
     plain = pixels(browser, x=0.03)
     height, width, _ = plain.shape
-    eye, screen = eye_point(display, 0.03), (display.screen_width, display.screen_height)
+    eye = eye_point(display, 0.03)
+    screen = (display.screen_width, display.screen_height)
     seen = reference.seen_by(numbers, [textures.get(k) for k in range(len(numbers))], eye, screen, width, height)
     weights = [reference.weigh(*each, reference.LINEAR) for each in seen]
     module = max(weights[width * (height // 2) + width // 2])

@@ -11,9 +11,11 @@ from lfssao import Settings, algorithm1, find_scene, find_views, make_samples, r
 from lfssao import render as textures_of
 from lfssao.cli.main import main
 
-COUNT, SIZE = 15, (5, 3)
+COUNT = 15
+SIZE = (5, 3)
 # Borders of the images of a row or column of lenses: three or one of 12 texels, and what is left of 40 or 30.
-COLUMNS, ROWS = [0, 2, 14, 26, 38, 40], [0, 9, 21, 30]
+COLUMNS = [0, 2, 14, 26, 38, 40]
+ROWS = [0, 9, 21, 30]
 
 
 @pytest.fixture
@@ -55,11 +57,14 @@ def matrices():
     and 1 at 1.1 times the ROI's least and greatest z.
     """
     box = find_scene("statue").bounds
-    metres, middle = (np.array([0.08, 0.08, 0.1]) / (box[1] - box[0])).min(), box.mean(axis=0)
-    near, far = 0.9 * 0.05, 1.1 * 0.15
+    metres = (np.array([0.08, 0.08, 0.1]) / (box[1] - box[0])).min()
+    middle = box.mean(axis=0)
+    near = 0.9 * 0.05
+    far = 1.1 * 0.15
     for index in range(COUNT):
         row, column = divmod(index, 5)
-        x, y = 0.01125 * (column - 2), 0.01125 * (1 - row)
+        x = 0.01125 * (column - 2)
+        y = 0.01125 * (1 - row)
         # Physical x, y and z of the world, as seen from the lens.
         seen = np.array([
             [metres, 0, 0, -metres * middle[0] - x],
@@ -68,7 +73,8 @@ def matrices():
             [0, 0, 0, 1],
         ])  # fmt: skip
         rows, columns = place(index)
-        c_u, c_v = 20 + 1000 * x - columns.start, 15 - 1000 * y - rows.start
+        c_u = 20 + 1000 * x - columns.start
+        c_v = 15 - 1000 * y - rows.start
         a = far / (far - near)
         yield np.array([[20, 0, c_u, 0], [0, -20, c_v, 0], [0, 0, a, -a * near], [0, 0, 1, 0]]) @ seen
 
@@ -81,7 +87,8 @@ def diagonal():
 def test_occlusion_of_a_panel_is_that_of_each_part_by_its_lens(job, tmp_path):
     """Algorithm 1 on parts of the panel's depth, cut here: each lens is asked alone."""
     folder = render(tmp_path / "out", *job, "--rotate", "none", "--samples", "16")
-    panel, samples = read_exr(folder / "panel.exr"), make_samples("latin", 16)
+    panel = read_exr(folder / "panel.exr")
+    samples = make_samples("latin", 16)
     for index, matrix in enumerate(matrices()):
         rows, columns = place(index)
         depth = np.ascontiguousarray(panel["depth"].pixels[rows, columns, 0])
@@ -102,7 +109,8 @@ def occlusion_by_all_lenses(panel, samples, radius):
     asked, hidden = np.zeros((2, *points.shape[:2]), int)
     for matrix, depth in zip(matrices(), depths, strict=True):
         a, b, c, q = np.moveaxis(points @ matrix.T, 2, 0)
-        column, row = np.floor(a / q).astype(int), np.floor(b / q).astype(int)
+        column = np.floor(a / q).astype(int)
+        row = np.floor(b / q).astype(int)
         falls = (row >= 0) & (row < depth.shape[0]) & (column >= 0) & (column < depth.shape[1])
         asked += falls
         hidden[falls] += depth[row[falls], column[falls]] < (c / q)[falls]
@@ -113,7 +121,8 @@ def occlusion_by_all_lenses(panel, samples, radius):
 
 def test_each_sample_may_ask_each_lens_that_sees_it(job, tmp_path):
     folder = render(tmp_path / "out", *job, "--samples", "16", "--neighbours", "14")
-    panel, samples = read_exr(folder / "panel.exr"), make_samples("latin", 16)
+    panel = read_exr(folder / "panel.exr")
+    samples = make_samples("latin", 16)
     made, surface, seen = occlusion_by_all_lenses(panel, samples, 0.1 * diagonal())
     off = np.abs(made - panel["ao_2"].pixels[..., 0])[surface]
     assert (off > 1e-6).mean() < 0.02
@@ -127,9 +136,11 @@ def test_each_sample_may_ask_each_lens_that_sees_it(job, tmp_path):
 
 def test_the_library_renders_lens_by_lens(tmp_path, job):
     folder = render(tmp_path / "out", *job)
-    display, mesh = find_views(tmp_path / "small.toml"), find_scene("statue")
+    display = find_views(tmp_path / "small.toml")
+    mesh = find_scene("statue")
     radii = 0.05 * diagonal(), 0.1 * diagonal()
-    panel, lenses = read_exr(folder / "panel.exr"), textures_of(mesh, display, Settings(radii), [7, 2])
+    panel = read_exr(folder / "panel.exr")
+    lenses = textures_of(mesh, display, Settings(radii), [7, 2])
     for index, textures in zip([7, 2], lenses, strict=True):
         assert textures.view.name == f"lens_{index:03d}"
         for name, texture in (("depth", textures.gbuffer.depth), ("merged", textures.merged)):
@@ -154,7 +165,8 @@ def test_only_a_job_of_all_lenses_has_it_and_a_later_one_makes_it_anew(job, tmp_
 
 def test_the_manifest_and_the_file_say_what_it_is(job, tmp_path):
     folder = render(tmp_path / "out", *job, "--resolution", "80x60", "--layers", "merged,depth")
-    manifest, panel = manifest_of(folder), read_exr(folder / "panel.exr")
+    manifest = manifest_of(folder)
+    panel = read_exr(folder / "panel.exr")
     assert (manifest["display"], manifest["lenslet"]["name"], manifest["lenslet"]["width"]) == (None, "small", 80)
     assert [entry["name"] for entry in manifest["views"]] == [f"lens_{k:03d}" for k in range(COUNT)]
     assert {name: part.pixels.shape for name, part in panel.items()} == {"depth": (60, 80, 1), "merged": (60, 80, 1)}
@@ -172,7 +184,8 @@ def test_each_frame_has_its_own(job, tmp_path):
 
 def test_lenses_ask_those_of_their_own_frame(job, tmp_path):
     """Two frames, and the same in the other order, which have the same box."""
-    near, far = np.eye(4), np.eye(4)
+    near = np.eye(4)
+    far = np.eye(4)
     far[0, 3] = 0.3
     for name, frames in (("forth", [near, far]), ("back", [far, near])):
         np.save(tmp_path / f"{name}.npy", np.array(frames))

@@ -33,7 +33,8 @@ def layers_of(textures):
 def test_only_layers_that_are_asked_for_are_kept_and_only_what_they_read_is_computed(statue, estimator, place):
     box = statue.bounds + (place == "unseen") * np.array([90.0, 0, 0])
     (view,) = module_views(statue, find_display("virtual").with_resolution(64, 48), None, 4, box)
-    caster, cast = RayCaster(statue, view.cast_from_world), []
+    caster = RayCaster(statue, view.cast_from_world)
+    cast = []
 
     class Caster(RayCaster):
         def __init__(self):
@@ -75,11 +76,13 @@ def whole_folder(tmp_path_factory):
 @pytest.mark.parametrize("asked", ["depth", "merged", "ao,positions", "shaded", "blurred,depth,color,shaded"])
 def test_folders_of_some_layers(whole_folder, tmp_path, capsys, asked):
     """Their parts are the whole folder's; they can be taken up, compared, and viewed if they have a picture."""
-    folder, wanted = render(tmp_path / "some", *RENDER, "--layers", asked), asked.split(",")
+    folder = render(tmp_path / "some", *RENDER, "--layers", asked)
+    wanted = asked.split(",")
     sheet = {"blurred", "depth", "color", "shaded"} <= set(wanted)
     assert ("contact.png" in capsys.readouterr().out) == (folder / "contact.png").is_file() == sheet
     names = {part for name in wanted for part in (("ao_1", "ao_2") if name == "ao" else (name,))}
-    manifest, whole = manifest_of(folder), manifest_of(whole_folder)
+    manifest = manifest_of(folder)
+    whole = manifest_of(whole_folder)
     assert set(manifest["settings"]["layers"]) == set(wanted)
     for one, all_ in zip(manifest["views"], whole["views"], strict=True):
         assert one["textures"] == {name: all_["textures"][name] for name in one["textures"]}

@@ -76,7 +76,8 @@ PLACES = {"fitted": (1, (0, 0, 0)), "corner": (4, (1, 1, 0.3)), "border": (2, (0
 @pytest.mark.parametrize("name", display_names())
 @pytest.mark.parametrize("place", PLACES)
 def test_displays_of_every_kind(statue, name, place):
-    display, guard = find_display(name).with_resolution(48, 36), 5 * (place in ("corner", "border"))
+    display = find_display(name).with_resolution(48, 36)
+    guard = 5 * (place in ("corner", "border"))
     views = module_views(statue, display, None, guard, placed(statue.bounds, *PLACES[place]))
     radii = 0.0, 2e-4, 0.05, 0.05, 0.2
     options = Settings(radii, blur=1.4, normals="smooth" if place == "border" else None)
@@ -108,8 +109,10 @@ def test_every_estimator(statue, name):
 def test_neighbours_whose_rays_are_cut_and_modules_that_see_nothing(statue, place):
     display = find_display("sample-a").with_resolution(40, 30)
     box = placed(statue.bounds, *PLACES[place])
-    views, asked = module_views(statue, display, None, 0, box), neighbour_views(statue, display, 3, None, 0, box)
-    caster, options = RayCaster(statue, views[0].cast_from_world), Settings((0.0, 0.2), neighbours=3)
+    views = module_views(statue, display, None, 0, box)
+    asked = neighbour_views(statue, display, 3, None, 0, box)
+    caster = RayCaster(statue, views[0].cast_from_world)
+    options = Settings((0.0, 0.2), neighbours=3)
     for index in (0, 10):
         whole = [(other.world_to_image, caster.gbuffer(other).depth) for other in asked[index]]
         made = render_view(caster, views[index], options, DepthCache(caster, 7).neighbours(asked[index]))
@@ -145,7 +148,8 @@ def test_gbuffers_of_some_rows(way, name):
         inside = np.zeros((26, 37), np.bool_)
         inside[rows.start : rows.stop] = True
         for part, nothing in (("depth", np.inf), ("positions", np.inf), ("normals", 0), ("triangle", -1)):
-            got, want = getattr(seen, part), getattr(whole, part).copy()
+            got = getattr(seen, part)
+            want = getattr(whole, part).copy()
             want[~inside] = nothing
             assert_same_bits(got, want)
 
@@ -211,7 +215,8 @@ def test_a_plan_takes_a_renders_options_and_writes_nothing(tmp_path, capsys):
 def test_ao_with_all_that_is_left_out_computes_every_texel_by_other_radii(statue):
     (view,) = module_views(statue, find_display("virtual").with_resolution(24, 18))
     gbuffer = RayCaster(statue, view.cast_from_world).gbuffer(view)
-    seen, filled = gbuffer.triangle >= 0, without_background(gbuffer)
+    seen = gbuffer.triangle >= 0
+    filled = without_background(gbuffer)
     assert np.isfinite(filled.positions).all()
     assert filled.depth[~seen].min() == filled.depth.max() == gbuffer.depth[seen].max()
     np.testing.assert_array_equal(filled.positions[seen], gbuffer.positions[seen])

@@ -54,7 +54,8 @@ def test_view_0_is_below_on_the_left_and_the_last_above_on_the_right(job, guard,
 
 
 def test_only_a_job_of_all_views_has_it_and_a_later_one_makes_it_anew(job, tmp_path, capsys):
-    folder, name = tmp_path / "out", "shaded_qs3x2a0.5625.png"
+    folder = tmp_path / "out"
+    name = "shaded_qs3x2a0.5625.png"
     for views in ("0:3", "3:6"):
         render(folder, *job, "--modules", views)
         assert not (folder / name).exists()

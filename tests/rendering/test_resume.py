@@ -77,7 +77,8 @@ def check_resumes(folder, undisturbed):
 @pytest.mark.slow
 def test_tasks_of_single_modules_and_a_resume_make_the_files_of_one_job(tmp_path):
     """Three tasks of an array run at once in one folder; a fourth module is left to the resume."""
-    whole, shared = tmp_path / "whole", tmp_path / "shared"
+    whole = tmp_path / "whole"
+    shared = tmp_path / "shared"
     words = [*COMMAND[:3], "--modules", "4:8", *COMMAND[5:]]
     render(whole, *words)
     alone = [sys.executable, "-m", "lfssao", "render", *COMMAND[:3], *COMMAND[5:], "-o", str(shared)]
@@ -127,7 +128,8 @@ def test_killed_at_random_moments(server, undisturbed, tmp_path):
     stopped_between = 0
     for kill in range(24):
         folder = tmp_path / f"{kill}"
-        wanted, rest = random_.randrange(COUNT + 1), 0.02 * random_.random()
+        wanted = random_.randrange(COUNT + 1)
+        rest = 0.02 * random_.random()
         child = start(server, folder, wanted)
         time.sleep(rest)
         os.kill(child, signal.SIGKILL)
@@ -141,7 +143,8 @@ def test_killed_at_random_moments(server, undisturbed, tmp_path):
 def test_leftovers_of_the_dead_go_and_those_of_the_living_and_of_other_machines_stay(tmp_path):
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
-    here, end = _namespace(), f"{0:016x}.part"
+    here = _namespace()
+    end = f"{0:016x}.part"
     gone = [f".a.{here}.{dead.pid}.{end}.exr", f".a.b.{here}.{dead.pid}.{end}", f".old.abc.1.{end}.exr"]
     stay = [f".a.{here}.{os.getpid()}.{end}.exr", f".a.0ther.{dead.pid}.{end}.exr", f".a.abc.{dead.pid}.{end}.exr"]
     for name in [*gone, *stay, ".mine.part", "a.exr"]:
@@ -305,11 +308,13 @@ PICTURES = {
 def test_a_damaged_picture_is_written_anew_from_its_texture(undisturbed, tmp_path):
     """Also where the job had none before; pictures that are whole stay."""
     folder = shutil.copytree(undisturbed, tmp_path / "out")
-    before, pictures = stamps(folder), [name.replace(".exr", ".png") for name in FILES]
+    before = stamps(folder)
+    pictures = [name.replace(".exr", ".png") for name in FILES]
     run(folder, "--resume", "--png")
     assert stamps(folder) == before
     assert sorted(os.listdir(folder)) == sorted([*FILES, *pictures, "contact.png", "manifest.json"])
-    right, listed = {name: (folder / name).read_bytes() for name in pictures}, without_seconds(folder)
+    right = {name: (folder / name).read_bytes() for name in pictures}
+    listed = without_seconds(folder)
     assert len(set(right.values())) == COUNT
     for what, damage in PICTURES.items():
         times = {name: (folder / name).stat().st_mtime_ns for name in pictures}

@@ -55,7 +55,8 @@ def random_field(display, rng, missing=(), channels=3):
 
 @pytest.mark.parametrize("name", DISPLAYS)
 def test_the_reference_composes_the_same_bits(name):
-    display, rng = DISPLAYS[name], np.random.default_rng(5)
+    display = DISPLAYS[name]
+    rng = np.random.default_rng(5)
     missing = (7, 8, len(display.modules) - 1)
     field, textures = random_field(display, rng, missing, channels=2)
     numbers = [display.module_numbers(k) for k in range(len(display.modules))]
@@ -79,9 +80,12 @@ def test_the_reference_composes_the_same_bits(name):
 
 @pytest.mark.parametrize("name", DISPLAYS)
 def test_photographs_that_are_announced_have_the_same_bits_and_keep_what_they_see(name, monkeypatch):
-    display, rng, room = DISPLAYS[name], np.random.default_rng(3), []
+    display = DISPLAYS[name]
+    rng = np.random.default_rng(3)
+    room = []
     monkeypatch.setattr("lfssao.rendering.viewer.check_available", lambda _, needed: room.append(needed))
-    count, end = len(display.modules), eye_range(display)[1]
+    count = len(display.modules)
+    end = eye_range(display)[1]
     whole, textures = random_field(display, rng, channels=2)
     for blend in BLENDS:
         shots = [(share * end, 41, blend) for share in (-0.9, 0.37)]
@@ -167,11 +171,13 @@ COUNTS = (17, 33, 65)
 @pytest.mark.parametrize(("z", "wave"), [(0.25, 0.0), (-0.25, 0.0), (0.2, 0.03)])
 def test_the_picture_approaches_the_direct_ray_cast(z, wave):
     """First order in the modules' pitch for the nearest module, second order for two neighbours, and as foretold."""
-    mesh, eye_x = sheet(z, wave), 0.123
+    mesh = sheet(z, wave)
+    eye_x = 0.123
     errors = {blend: [] for blend in BLENDS}
     for count in COUNTS:
         display = line(count)
-        field, true = layers(mesh, display, "color"), direct(mesh, display, eye_x, "color")
+        field = layers(mesh, display, "color")
+        true = direct(mesh, display, eye_x, "color")
         for blend in BLENDS:
             shot = field.photograph(eye_x, 100, blend)
             assert shot.dark == 0
@@ -190,7 +196,8 @@ def test_the_picture_approaches_the_direct_ray_cast(z, wave):
 def test_all_presets_show_what_the_eye_would_see(name):
     display = find_display(name).with_resolution(120, 80)
     box = np.array(display.roi)
-    mesh, eye_x = sheet(0.5 * box[1, 2], 0.0), 0.25 * eye_range(display)[1]
+    mesh = sheet(0.5 * box[1, 2], 0.0)
+    eye_x = 0.25 * eye_range(display)[1]
     shot = layers(mesh, display, "color").photograph(eye_x, 120)
     true = direct(mesh, display, eye_x, "color", 120)
     assert np.isfinite(shot.image).all()
@@ -202,7 +209,8 @@ def test_all_presets_show_what_the_eye_would_see(name):
 
 def test_the_eye_view_looks_along_the_pixels_lines():
     display = find_display("convex")
-    eye, view = eye_point(display, 0.4), eye_view(display, IDENTITY, 0.4, 70)
+    eye = eye_point(display, 0.4)
+    view = eye_view(display, IDENTITY, 0.4, 70)
     near, far = view.lens[4:6]
     assert near == pytest.approx(-eye[2] / 100)
     assert far == pytest.approx(max(m.z for m in display.modules) - eye[2])
@@ -242,7 +250,8 @@ def test_what_a_light_field_refuses():
 # Straight edges (benchmarks/bench_edges.py)
 @pytest.mark.parametrize("index", [10, 20])
 def test_straight_edges_bend_with_the_square_of_their_length(index):
-    display, lengths = find_display("sample-a"), (0.001, 0.004, 0.016)
+    display = find_display("sample-a")
+    lengths = (0.001, 0.004, 0.016)
     errors = [
         bench_edges.chord_errors(display, index, *bench_edges.edges(display, length, 60), points=65).max()
         for length in lengths

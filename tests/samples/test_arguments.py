@@ -9,7 +9,8 @@ from lfssao import samples as sets
 from lfssao.testing import check_promise, check_sampler
 
 SQUARE = np.array([[-0.5, 0.5], [0.5, -0.5]])
-MASKED, F32 = np.ma.array(SQUARE, mask=SQUARE > 0), np.dtype(np.float32)
+MASKED = np.ma.array(SQUARE, mask=SQUARE > 0)
+F32 = np.dtype(np.float32)
 NO_COUNTS = [np.nan, 0, -1, 1.5, 8.0, "8", None, True, [8], 1e30]
 NO_SEEDS = [np.nan, -1, 0.5, 1.0, "0", None, True, 2**64]
 NO_NUMBERS = [np.nan, -1, "0.5", None, 1j, [0.5], True]

@@ -72,7 +72,9 @@ def test_too_few_points_cannot_tell(promise, n, sets):
 
 
 def test_independent_points_keep_projections_no_more_often_than_is_said():
-    random, alarm, n = np.random.default_rng(0), 0.05, 8
+    random = np.random.default_rng(0)
+    alarm = 0.05
+    n = 8
     found = [check_promise("projections", random.uniform(-1, 1, (4, n, 2)), "square", alarm=alarm) for _ in range(400)]
     assert all(each.tells for each in found)
     assert sum(each.holds for each in found) <= 400 * alarm

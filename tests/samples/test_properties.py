@@ -42,7 +42,8 @@ def test_theta_uniform_instead_of_z_is_caught():
 
 
 def test_r_uniform_instead_of_its_power_is_caught():
-    directions, turn = on_sphere(2 * U[:, 0] - 1, 2 * np.pi * U[:, 1]), 2 * np.pi * U[:, 1]
+    directions = on_sphere(2 * U[:, 0] - 1, 2 * np.pi * U[:, 1])
+    turn = 2 * np.pi * U[:, 1]
     assert broken("uniform", directions * (0.8 + 0.2 * U[:, 2:]), "ball", r_min=0.8)
     assert broken("uniform", U[:, :1] * np.column_stack([np.cos(turn), np.sin(turn)]), "disk")
 

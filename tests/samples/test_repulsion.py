@@ -46,7 +46,8 @@ def test_weights_are_those_of_random_points_nearest_to_each(domain, centre, n):
     made = repulsion_table(domain, n, centre)
     cloud = sample_set("ball", "random", 20_000, 1).points[:, : made.points.shape[1]]
     nearest = np.argmin(np.sum((cloud[:, None] - made.points) ** 2, axis=-1), axis=1)
-    fraction, weight = np.bincount(nearest, minlength=n) / len(cloud), made.weights / VOLUME
+    fraction = np.bincount(nearest, minlength=n) / len(cloud)
+    weight = made.weights / VOLUME
     assert np.all(np.abs(fraction - weight) < 6 * np.sqrt(weight / len(cloud)))
 
 
@@ -62,7 +63,8 @@ def planes(count=4000):
 
 def estimate(made, u, t):
     """The fraction of the ball beyond planes by point samples, or by line samples along z."""
-    p, w = made.points, made.weights / VOLUME
+    p = made.points
+    w = made.weights / VOLUME
     if made.domain == "ball":
         return (p @ u.T > t).T @ w
     reach = np.sqrt(1 - np.sum(p**2, axis=1))[:, None]

@@ -51,7 +51,8 @@ def test_whole_radians_are_reduced_exactly(radians):
 
 @given(s=st.integers(1, 99), data=st.data())
 def test_taps_equal_the_reference_and_stand_on_the_spiral(s, data):
-    tau, taps = data.draw(st.integers(1, 2 * s)), np.empty((s, 3))
+    tau = data.draw(st.integers(1, 2 * s))
+    taps = np.empty((s, 3))
     spiral.unit_taps(tau, taps)
     np.testing.assert_array_equal(bits(taps), bits([reference.tap_of(i, s, tau) for i in range(s)]))
     theta = 2 * np.pi * taps[:, 2] * tau  # equation 6

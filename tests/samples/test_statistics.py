@@ -53,7 +53,9 @@ def test_the_p_of_a_share_is_that_of_the_binomial():
 ], ids=("ks", "kuiper", "half", "tenth"))  # fmt: skip
 def test_the_least_share_is_found_nine_times_in_ten(statistic, p_value, fair):
     """At least so of the distances, which are never less than the excess; 4 sigma of 1000 sets: 3e-5 each."""
-    n, alarm, rng = 200, 1e-3, np.random.default_rng(4)
+    n = 200
+    alarm = 1e-3
+    rng = np.random.default_rng(4)
     least = statistics.least_share(p_value, n, alarm, fair)
     within = rng.random((n, 1000)) < least
     u = np.where(within, fair * rng.random((n, 1000)), fair + (1 - fair) * rng.random((n, 1000)))
@@ -63,7 +65,9 @@ def test_the_least_share_is_found_nine_times_in_ten(statistic, p_value, fair):
 
 
 def test_the_least_share_of_chi_square_is_found_nine_times_in_ten():
-    n, cells, rng = 4000, 64, np.random.default_rng(4)
+    n = 4000
+    cells = 64
+    rng = np.random.default_rng(4)
     least = statistics.chi_square_share(cells, n, 1e-3)
     share = np.where(np.arange(cells) < cells / 2, least, 1 - least) / (cells / 2)
     p = stats.chisquare(rng.multinomial(n, share, 1000), axis=1).pvalue

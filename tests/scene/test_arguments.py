@@ -9,7 +9,8 @@ from refusals import is_refused
 import lfssao
 from lfssao import Mesh, Paint
 
-CORNERS, FACES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
+CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+FACES = np.array([[0, 1, 2]])
 MASK = np.eye(3) > 0
 IMAGE = np.ones((2, 2, 3), np.float32)
 PAINT = Paint(np.ones((1, 3), np.float32), np.zeros(1, np.int32), (IMAGE,), np.zeros((3, 2)))

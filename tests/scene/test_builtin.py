@@ -64,7 +64,8 @@ def test_corner_fills_the_test_view_and_has_slivers_contacts_and_a_wall_behind(s
     """A tilted view: no background, in the middle neither, and a surface within R of another's edge."""
     corner = scenes["corner"]
     a, b, c = (corner.vertices[corner.faces[:, k]] for k in range(3))
-    area, longest = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2, np.linalg.norm(c - b, axis=1)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    longest = np.linalg.norm(c - b, axis=1)
     assert (area / longest < 0.004).sum() == 24  # height over the longest side
     words = "corner", "--camera", "--resolution", "64x48", "--layers", "depth", "--normals", "geometric"
     described = manifest_of(render(tmp_path, *words))["views"][0]["view"]

@@ -66,11 +66,15 @@ def gl_texel(number, size, wrap):
 def gl_color(image, u, v, wraps, nearest):
     """Colour of an image at (u, v), v downwards: OpenGL 4.6, section 8.14."""
     high, wide, _ = image.shape
-    x, y = u * wide, v * high
+    x = u * wide
+    y = v * high
     if nearest:
-        rows, columns = np.floor(y).astype(int), np.floor(x).astype(int)
+        rows = np.floor(y).astype(int)
+        columns = np.floor(x).astype(int)
         return image[gl_texel(rows, high, wraps[1]), gl_texel(columns, wide, wraps[0])]
-    total, left, top = 0, np.floor(x - 0.5).astype(int), np.floor(y - 0.5).astype(int)
+    total = 0
+    left = np.floor(x - 0.5).astype(int)
+    top = np.floor(y - 0.5).astype(int)
     for i, j in product((0, 1), (0, 1)):
         share = (1 - abs(x - 0.5 - (left + i))) * (1 - abs(y - 0.5 - (top + j)))
         total = total + share[..., None] * image[gl_texel(top + j, high, wraps[1]), gl_texel(left + i, wide, wraps[0])]
@@ -258,7 +262,8 @@ def test_strides_offsets_and_sparse_accessors(tmp_path):
     made.header["bufferViews"][view]["byteStride"] = 20
     made.first["attributes"]["POSITION"] = made.accessor(QUAD, bufferView=view, byteOffset=8)
     assert corners(load(made, tmp_path)).tolist() == np.array(QUAD, float)[FACES].tolist()
-    places, values = made.view(b"xx\1\0\2\0"), made.view(np.array([[9, 8, 7], [5, -1, 3], [4, 2, 1]], "<f4").tobytes())
+    places = made.view(b"xx\1\0\2\0")
+    values = made.view(np.array([[9, 8, 7], [5, -1, 3], [4, 2, 1]], "<f4").tobytes())
     indices = {"bufferView": places, "byteOffset": 2, "componentType": 5123}
     sparse = {"count": 2, "indices": indices, "values": {"bufferView": values, "byteOffset": 12}}
     for start, base in ((view, np.array(QUAD, float)), (None, np.zeros((4, 3)))):
@@ -466,7 +471,8 @@ def test_bytes_behind_a_glb_are_noted(tmp_path):
 
 def test_the_last_row_of_a_matrix_may_be_rounded(tmp_path):
     matrix = [1.0, 0, 0, 1e-7, 0, 1, 0, 0, 0, 0, 1, 0, 4, 5, 6, 0.9999999]
-    made, plain = changed("nodes", 0, "matrix", value=matrix), changed("nodes", 0, "name", value="plain")
+    made = changed("nodes", 0, "matrix", value=matrix)
+    plain = changed("nodes", 0, "name", value="plain")
     assert np.allclose(load(made, tmp_path).vertices - load(plain, tmp_path).vertices, [4, 5, 6])
 
 
@@ -514,7 +520,8 @@ def test_what_is_wrong_is_named_by_its_key(tmp_path, path, value, words):
 
 def test_any_value_may_be_wrong(tmp_path):
     """No other error than one that names the file, whatever is changed."""
-    rng, wrong = np.random.default_rng(0), [-1, 0.5, 1e300, 10**30, True, "x", [], [[]], {}, float("nan"), [1e300] * 3]
+    rng = np.random.default_rng(0)
+    wrong = [-1, 0.5, 1e300, 10**30, True, "x", [], [[]], {}, float("nan"), [1e300] * 3]
     whole = json.loads(changed("asset", "version", value="2.0").save(tmp_path / "a.gltf").read_text())
 
     def places(value, path=()):
@@ -522,7 +529,8 @@ def test_any_value_may_be_wrong(tmp_path):
             yield (*path, key)
             yield from places(value[key], (*path, key))
 
-    every, messages = list(places(whole)), []
+    every = list(places(whole))
+    messages = []
     for _ in range(300):
         header = json.loads(json.dumps(whole))
         *path, last = every[rng.integers(len(every))]

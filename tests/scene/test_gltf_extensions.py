@@ -98,7 +98,8 @@ def test_khr_texture_transform(tmp_path):
     # Downwards: (u, v) is read at (v / 2, 1 - u / 2); the quad's corners begin at the lower left with (0, 1).
     assert load(made, tmp_path).paint.uv == pytest.approx(np.array([[0.5, 0], [0.5, 0.5], [0, 0.5], [0, 0]]), abs=1e-12)
     transform |= {"rotation": 0.3, "scale": [2, 3], "offset": [0.1, 0.2]}
-    c, s = np.cos(0.3), np.sin(0.3)
+    c = np.cos(0.3)
+    s = np.sin(0.3)
     u, v = np.array(UV).T * [[2], [3]]
     wanted = np.column_stack([c * u + s * v + 0.1, 1 - (c * v - s * u + 0.2)])
     assert load(made, tmp_path).paint.uv == pytest.approx(wanted, abs=1e-12)
@@ -148,7 +149,8 @@ def test_khr_materials_variants(tmp_path):
 
 
 def test_khr_node_visibility(tmp_path):
-    made, hidden = Gltf(), {"extensions": {"KHR_node_visibility": {"visible": False}}}
+    made = Gltf()
+    hidden = {"extensions": {"KHR_node_visibility": {"visible": False}}}
     made.header["nodes"] = [
         {"mesh": 0, "children": [1, 3]},
         {"mesh": 0, "children": [2], "translation": [3, 0, 0], **hidden},
@@ -161,7 +163,8 @@ def test_khr_node_visibility(tmp_path):
 def test_ext_mesh_gpu_instancing(tmp_path):
     """Copies, turned after they are stretched, then the node's own transform; its children have no copies."""
     made = Gltf(NORMAL=([[0, 0, 1]] * 4,))
-    places, scales = np.array([[5, 0, 0], [0, 7, 0]]), np.array([[1, 1, 1], [2, 1, 1]])
+    places = np.array([[5, 0, 0], [0, 7, 0]])
+    scales = np.array([[1, 1, 1], [2, 1, 1]])
     rows = {
         "TRANSLATION": made.accessor(places), "SCALE": made.accessor(scales),
         "ROTATION": made.accessor(np.array([[0, 0, 0, 127], [0, 0, 127, 0]]), "i1", True),

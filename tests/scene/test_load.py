@@ -54,7 +54,8 @@ def square(folder, material=None, faces=f"usemtl m\n{SQUARE_FACES}"):
 
 def square_mesh(**visual):
     """The square as trimesh has it."""
-    corners, faces = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+    corners = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
+    faces = [[0, 1, 2], [0, 2, 3]]
     return trimesh.Trimesh(corners, faces, process=False, **visual)
 
 
@@ -100,7 +101,8 @@ def assert_halves(mesh, below, above):
     ("newmtl m\nmap_Kd other.png\n", True),  # and of another one
 ])  # fmt: skip
 def test_texture_stands_upright_and_is_decoded_once(tmp_path, material, given):
-    texture, _ = picture(tmp_path, name="t e x.png"), picture(tmp_path, 255 - CODES, "other.png")
+    texture = picture(tmp_path, name="t e x.png")
+    _ = picture(tmp_path, 255 - CODES, "other.png")
     mesh = load_scene(square(tmp_path, material), texture if given else None)
     # Two texels a side: each ray passes through the middle of one, where the texture has exactly its value.
     assert seen_from_front(mesh, 2, 2) == pytest.approx(linear(CODES), abs=1e-6)
@@ -145,7 +147,8 @@ def test_grey_images_keep_their_range(tmp_path, mode, code):
 
 @pytest.mark.parametrize(("ending", "options"), [("ply", {"encoding": "ascii"}), ("ply", {}), ("obj", {}), ("glb", {})])
 def test_vertex_colours_are_srgb_and_of_gltf_linear(tmp_path, ending, options):
-    codes, made = np.array([[255, 51, 0], [0, 255, 153], [102, 0, 255]], np.uint8), triangle_mesh()
+    codes = np.array([[255, 51, 0], [0, 255, 153], [102, 0, 255]], np.uint8)
+    made = triangle_mesh()
     made.visual.vertex_colors = codes
     content = made.export(file_type=ending, **options)
     colors = load_scene(write(tmp_path / f"a.{ending}", content)).paint.vertex_colors
@@ -179,7 +182,8 @@ def test_degenerate_faces_are_counted_and_keep_materials_in_step(tmp_path):
 def test_normals_are_the_files_own_and_turned_with_the_scene(tmp_path, ending):
     """trimesh makes normals up for a mesh without; (1, 0, 1) stretched twice along x is (1, 0, 2) by its cofactors."""
     wanted = np.array([1, 0, 1]) / np.sqrt(2)
-    bare, own = triangle_mesh(), triangle_mesh()
+    bare = triangle_mesh()
+    own = triangle_mesh()
     own.vertex_normals = np.tile(wanted, (3, 1))
     assert own.vertex_normals[0] == pytest.approx(wanted)
     scene = trimesh.Scene()
@@ -269,7 +273,8 @@ def test_every_truncation_is_refused(tmp_path, ending, options):
 
 def test_truncated_text_formats_without_counts_never_crash(tmp_path):
     for ending in ("obj", "stl_ascii"):
-        whole, found = box_as(ending), set()
+        whole = box_as(ending)
+        found = set()
         for length in range(0, len(whole), 11):
             path = write(tmp_path / f"a.{ending[:3]}", whole[:length])
             try:
@@ -289,7 +294,8 @@ def ply(vertices="0 0 0\n1 0 0\n0 1 0\n", face="3 0 1 2", count=3):
 def patched_glb(patch):
     whole = box_as("glb")
     length = struct.unpack("<I", whole[12:16])[0]
-    header, binary = json.loads(whole[20 : 20 + length]), bytearray(whole[20 + length :])
+    header = json.loads(whole[20 : 20 + length])
+    binary = bytearray(whole[20 + length :])
     patch(header, binary)
     text = json.dumps(header).encode()
     text += b" " * (-len(text) % 4)
@@ -370,7 +376,8 @@ def test_textures_that_cannot_be_had(tmp_path):
     Image.fromarray(np.random.default_rng(1).integers(0, 255, (64, 64, 3), dtype=np.uint8)).save(noise, "png")
     write(tmp_path / "garbage.png", "garbage")
     write(tmp_path / "half.png", noise.getvalue()[:5000])
-    whole, plain = write(tmp_path / "whole.png", noise.getvalue()), write(tmp_path / "plain.obj", TRIANGLE)
+    whole = write(tmp_path / "whole.png", noise.getvalue())
+    plain = write(tmp_path / "plain.obj", TRIANGLE)
     for name, named, given in (
         ("no such.png", "is not there", "there is no such file"),
         ("garbage.png", "cannot be read", "it cannot be read as an image"),

@@ -10,7 +10,8 @@ from lfssao.scene.mesh import Paint
 
 
 def test_mesh_checks_arrays():
-    vertices, faces = np.eye(3), np.array([[0, 1, 2]])
+    vertices = np.eye(3)
+    faces = np.array([[0, 1, 2]])
     for bad_vertices, bad_faces, words in (
         (vertices[:, :2], faces, r"vertices have shape \(3, 2\)"),
         (vertices, faces[:, :2], r"faces have shape \(1, 2\)"),
@@ -22,7 +23,8 @@ def test_mesh_checks_arrays():
             Mesh(bad_vertices, bad_faces)
 
 
-ONES, TEXTURE = np.ones((1, 3), np.float32), np.ones((2, 2, 3), np.float32)
+ONES = np.ones((1, 3), np.float32)
+TEXTURE = np.ones((2, 2, 3), np.float32)
 RIGHT = Paint(ONES, np.zeros(2, np.int32), (TEXTURE,), np.zeros((4, 2)), np.ones((4, 3), np.float32))
 
 
@@ -45,7 +47,8 @@ RIGHT = Paint(ONES, np.zeros(2, np.int32), (TEXTURE,), np.zeros((4, 2)), np.ones
     ("vertex_colors", np.full((4, 3), np.inf), "vertex_colors has a number that is not finite"),
 ])  # fmt: skip
 def test_paint_that_a_kernel_would_read_beyond_its_end_is_refused(field, value, words):
-    vertices, faces = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
     assert Mesh(vertices, faces, RIGHT).paint is RIGHT
     with pytest.raises(InputError, match=words):
         Mesh(vertices, faces, replace(RIGHT, **{field: value}))

@@ -51,7 +51,9 @@ def test_faces_of_every_form_that_are_drawn(folder):
                  (" ".join(map(repr, each)) for each in table.tolist())]  # fmt: skip
         wanted = {}
         for _ in range(12):
-            material, mapped, normal = int(RNG.integers(3)), RNG.random() < 0.6, RNG.random() < 0.5
+            material = int(RNG.integers(3))
+            mapped = RNG.random() < 0.6
+            normal = RNG.random() < 0.5
             corners = np.stack([RNG.choice(n, 3, replace=False) for n in count], axis=1).tolist()
             shown = [[k - n if RNG.random() < 0.3 else k + 1 for k, n in zip(c, count, strict=True)] for c in corners]
             words = [f"{a}/{b if mapped else ''}/{c if normal else ''}".rstrip("/") for a, b, c in shown]
@@ -111,7 +113,8 @@ def test_vertices_without_colours_are_white_and_materials_multiply(folder, first
     halves = [V, V.replace("0\n", "0 1 0.5 0\n")]
     text = "".join(reversed(halves) if first else halves) + "f 1 2 3\nf 5 6 7\nusemtl a\nf 1 2 7\n"
     mesh = loaded(folder, "a.obj", "mtllib m.mtl\n" + text, m="newmtl a\nKd 0.5 0.5 1\n")
-    orange, white = linear([1, 0.5, 0], 1), np.ones(3)
+    orange = linear([1, 0.5, 0], 1)
+    white = np.ones(3)
     pair = [orange, white] if first else [white, orange]
     both = np.array([pair[0], pair[0], pair[1]]) * linear([0.5, 0.5, 1], 1)
     assert colors(mesh) == pytest.approx(np.stack([both, *([each] * 3 for each in pair)]), abs=1e-7)

@@ -11,7 +11,8 @@ SQUARE = rows(CORNERS)
 PLAIN = f"OFF\n4 1 0\n{SQUARE}4 0 1 2 3\n"
 TRIANGLES = "3 0 1 2{}\n3 0 2 3{}\n"
 UP = np.tile([0, 0, 1.0], (4, 1))
-RED, ORANGE = [[255, 0, 0]] * 4, [[255, 128, 0]] * 4
+RED = [[255, 0, 0]] * 4
+ORANGE = [[255, 128, 0]] * 4
 
 
 def four(values):
@@ -36,7 +37,8 @@ def test_spellings(tmp_path, content):
 def test_polygons_that_are_drawn_in_lines_of_any_length(tmp_path):
     for _ in range(20):
         corners = [int(count) for count in RNG.integers(3, 8, int(RNG.integers(1, 9)))]
-        circles, faces = [], []
+        circles = []
+        faces = []
         for k, count in enumerate(corners):
             angle = 2 * np.pi * (np.arange(count) + 0.3) / count
             faces.append([count, *range(sum(corners[:k]), sum(corners[: k + 1]))])

@@ -180,7 +180,8 @@ def test_vertices_colours_go_before_those_of_faces(tmp_path):
 def test_texture_coordinates_of_vertices_and_of_corners_and_several_images(tmp_path):
     for name, color in (("a b.png", (255, 0, 0)), ("b.png", (0, 0, 255))):
         Image.new("RGB", (1, 1), color).save(tmp_path / name)
-    one, two = "comment TextureFile a b.png\n", "comment TextureFile b.png\n"
+    one = "comment TextureFile a b.png\n"
+    two = "comment TextureFile b.png\n"
     uv = [[0.0, 0.25], [1.0, 0.25], [1.0, 0.75], [0.0, 0.75]]
     for names in ("st", "uv", ("texture_u", "texture_v")):
         content = square(vertex_properties=named("float", names), values=uv, comments=one)

@@ -30,7 +30,8 @@ def star(corners, turned):
     """A polygon around the origin whose corners have any distances, and twice its area by the shoelace formula."""
     angle = 2 * np.pi * (np.arange(corners) + RNG.uniform(0.1, 0.9, corners)) / corners
     distance = RNG.uniform(0.2, 3, corners)
-    x, y = distance * np.cos(angle), distance * np.sin(angle)
+    x = distance * np.cos(angle)
+    y = distance * np.sin(angle)
     size = abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
     return np.stack([x, y, np.zeros(corners)], axis=1) @ turned.T + RNG.normal(size=3), size
 

@@ -78,7 +78,8 @@ def mutant(seeds: list[Files], number: int, seed: int) -> Files:
 def _changed(data: bytes, draw: random.Random, seeds: list[Files]) -> bytes:
     """Content with one change of its bytes, words or lines."""
     start, stop = sorted(draw.randint(0, len(data)) for _ in range(2))
-    words, lines = list(re.finditer(rb"[-+.\w]+", data)), data.split(b"\n")
+    words = list(re.finditer(rb"[-+.\w]+", data))
+    lines = data.split(b"\n")
     match draw.randrange(10):
         case 0:
             new = data[:start] + bytes(byte ^ 1 << draw.randrange(8) for byte in data[start:][:1]) + data[start + 1 :]
@@ -95,10 +96,12 @@ def _changed(data: bytes, draw: random.Random, seeds: list[Files]) -> bytes:
             other = draw.choice([content for files in seeds for content in files.values()])
             new = data[:start] + other[draw.randint(0, len(other)) :]
         case 6 | 7 | 8 if words:
-            word, put = draw.choice(words), draw.choice([*_WORDS, draw.choice(words).group()])
+            word = draw.choice(words)
+            put = draw.choice([*_WORDS, draw.choice(words).group()])
             new = data[: word.start()] + put + data[word.end() :]
         case _:
-            a, b = draw.randrange(len(lines)), draw.randrange(len(lines))
+            a = draw.randrange(len(lines))
+            b = draw.randrange(len(lines))
             lines[a], lines[b] = lines[b], lines[a]
             new = b"\n".join(lines[: draw.choice((None, -1))])
     return new
@@ -110,7 +113,8 @@ def _changed_values(data: bytes, draw: random.Random, seeds: list[Files]) -> byt
         value = json.loads(data)
     except (ValueError, RecursionError):  # changed before
         return _changed(data, draw, seeds)
-    node, places = value, []
+    node = value
+    places = []
     while isinstance(node, dict | list) and node:
         places.append((node, draw.choice(list(node) if isinstance(node, dict) else range(len(node)))))
         node = places[-1][0][places[-1][1]]

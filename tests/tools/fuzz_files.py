@@ -106,7 +106,8 @@ def displays() -> list[Files]:
 
 def load_display(path: Path) -> None:
     run("display", path)
-    display, mesh = find_views(path), builtin_scene("corner")
+    display = find_views(path)
+    mesh = builtin_scene("corner")
     last = (display.count if isinstance(display, ViewSet) else len(display.modules)) - 1
     display.with_resolution(8, 6)
     for number in (0, last):
@@ -115,7 +116,8 @@ def load_display(path: Path) -> None:
 
 def views() -> list[Files]:
     """Every kind of view of a depth texture."""
-    depth, texture = io.BytesIO(), np.full((12, 16), 0.5, np.float32)
+    depth = io.BytesIO()
+    texture = np.full((12, 16), 0.5, np.float32)
     texture[:3] = np.inf
     np.save(depth, texture)
     row = "[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]"
@@ -155,7 +157,8 @@ def samples() -> list[Files]:
                 path = Path(root, f"a.{kind}")
                 run("samples", "make", method, "-n", 16, "--domain", domain, "--format", kind, "-o", path)
                 made.append({path.name: path.read_bytes()})
-    points, packed = np.arange(12.0).reshape(4, 3) / 12, io.BytesIO()
+    points = np.arange(12.0).reshape(4, 3) / 12
+    packed = io.BytesIO()
     np.savez(packed, points=points)
     bare = "\n".join(" ".join(map(str, row)) for row in points.tolist()).encode()
     weighted = b"x;y;z;weight\n" + bare.replace(b"\n", b";1\n").replace(b" ", b";") + b";1"
@@ -170,7 +173,9 @@ def load_samples(path: Path) -> None:
 def frames() -> list[Files]:
     turns = np.tile(np.eye(4), (3, 1, 1))
     turns[1, 0, 3] = 0.1
-    made, packed, whole = io.BytesIO(), io.BytesIO(), io.BytesIO()
+    made = io.BytesIO()
+    packed = io.BytesIO()
+    whole = io.BytesIO()
     np.save(made, turns)
     np.savez(packed, turns=turns)
     np.save(whole, turns.astype(np.int16))
@@ -221,7 +226,8 @@ def load_resumed(path: Path) -> None:
 
 def images() -> list[Files]:
     """Every format of textures: EXR in parts, plain, in tiles and of half floats, TIFF, PNG, NPY."""
-    pixels, table = np.random.default_rng(1).random((9, 7, 3), np.float32), io.BytesIO()
+    pixels = np.random.default_rng(1).random((9, 7, 3), np.float32)
+    table = io.BytesIO()
     np.save(table, pixels)
     made = [{"module_003.exr": _rendered()["module_003.exr"]}, {"a.npy": table.getvalue()}]
     with tempfile.TemporaryDirectory() as root:
@@ -231,7 +237,8 @@ def images() -> list[Files]:
             ("a.exr", "float", 0, "pxr24"), ("a.tif", "float", 0, "none"), ("a.tif", "uint16", 16, "zip"),
             ("a.tif", "uint8", 0, "lzw"), ("a.tif", "half", 0, "zip"),
         ):  # fmt: skip
-            spec, path = oiio.ImageSpec(7, 9, 3, kind), Path(root, name)
+            spec = oiio.ImageSpec(7, 9, 3, kind)
+            path = Path(root, name)
             spec.tile_width = spec.tile_height = tile
             spec.attribute("compression", packing)
             target = oiio.ImageOutput.create(str(path))

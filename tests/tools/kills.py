@@ -55,7 +55,9 @@ def digests_of(folder: Path) -> dict[str, str]:
 
 def watched(folder: Path) -> tuple[float, float]:
     """Seconds that an undisturbed job takes, and that a temporary file of it lives on average."""
-    process, begin, seen = start(folder), time.perf_counter(), []
+    process = start(folder)
+    begin = time.perf_counter()
+    seen = []
     while process.poll() is None:
         seen.append(len(parts_in(folder)))
         time.sleep(0.0005)
@@ -65,7 +67,9 @@ def watched(folder: Path) -> tuple[float, float]:
 
 def killed(folder: Path, draw: random.Random, writing: bool, seconds: float, life: float) -> int | None:
     """End a job; how many temporary files it leaves, None if it was over before."""
-    process, files, there = start(folder), draw.randrange(1, WRITES + 1), set()
+    process = start(folder)
+    files = draw.randrange(1, WRITES + 1)
+    there = set()
     if writing:
         while len(there) < files and process.poll() is None:
             there |= parts_in(folder)
@@ -84,7 +88,11 @@ def main() -> None:
     parser.add_argument("--writing", type=int, default=35)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    draw, done, while_writing, left, wrong = random.Random(options.seed), 0, 0, [], 0
+    draw = random.Random(options.seed)
+    done = 0
+    while_writing = 0
+    left = []
+    wrong = 0
     with tempfile.TemporaryDirectory() as root:
         run(Path(root, "compiled"))
         right = Path(root, "undisturbed")
@@ -98,9 +106,12 @@ def main() -> None:
                 continue
             before = digests_of(folder)  # raises if a file is not whole
             run(folder, "--resume")
-            after, hidden = digests_of(folder), [name for name in os.listdir(folder) if name.startswith(".")]
+            after = digests_of(folder)
+            hidden = [name for name in os.listdir(folder) if name.startswith(".")]
             bad = after != expected or not before.items() <= expected.items() or bool(hidden)
-            done, while_writing, wrong = done + 1, while_writing + (parts > 0), wrong + bad
+            done = done + 1
+            while_writing = while_writing + (parts > 0)
+            wrong = wrong + bad
             left.append(len(before) * MODULES // len(expected))
             outcome = "WRONG" if bad else "resumed"
             print(f"{done}: {parts} temporary files, {left[-1]} of {MODULES} files whole: {outcome}", flush=True)

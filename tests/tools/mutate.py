@@ -117,7 +117,9 @@ def compiled(copy: Path) -> Path:
 def planted(copy: Path, mutant: Mutant) -> Iterator[None]:
     """In the block, the copy of the checkout has the mutant, and compiled code of the kernels that do not inline it."""
     path, line, column, old, new = mutant
-    without, source, before = compiled(copy), (copy / path).read_text(), (copy / path).stat()
+    without = compiled(copy)
+    source = (copy / path).read_text()
+    before = (copy / path).stat()
     lines = source.split("\n")
     lines[line - 1] = lines[line - 1][:column] + new + lines[line - 1][column + len(old) :]
     (copy / path).write_text("\n".join(lines))
@@ -150,7 +152,8 @@ def main() -> None:
     every = [mutant for path in files for mutant in mutants_of(path)]
     drawn = random.Random(options.seed).sample(every, min(options.count, len(every)))
     first, last = (int(number or len(drawn)) for number in options.only.split(":"))
-    found, proven = 0, set()
+    found = 0
+    proven = set()
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder)
         for name in COPIED:

@@ -148,13 +148,15 @@ def voronoi(points, cells, weights, centroids):
 @kernel
 def _nearest(points, x, y, z):
     n, d = points.shape
-    nearest, best = 0, np.inf
+    nearest = 0
+    best = np.inf
     for k in range(n):
         gap = (points[k, 0] - x) * (points[k, 0] - x) + (points[k, 1] - y) * (points[k, 1] - y)
         if d == 3:
             gap += (points[k, 2] - z) * (points[k, 2] - z)
         if gap < best:
-            nearest, best = k, gap
+            nearest = k
+            best = gap
     return nearest
 
 
@@ -175,7 +177,9 @@ def settle(points, centred, charge, moves):
     points: (n, d), moved; the first one stays where centred. A step is how far the point with the largest force goes.
     """
     n, d = points.shape
-    forces, ahead, trial = np.empty((n, d)), np.empty((n, d)), np.empty((n, d))
+    forces = np.empty((n, d))
+    ahead = np.empty((n, d))
+    trial = np.empty((n, d))
     energy = repel(points, charge, forces)
     step = 0.05
     for _ in range(moves):
@@ -216,8 +220,10 @@ def relax(points, centred, cells, rounds, charge, moves):
     in; the factor, 1.5 at first, becomes its own root whenever that changes.
     """
     n, d = points.shape
-    weights, centroids = np.empty(n), np.empty((n, d))
-    factor, before = 1.5, 0.0
+    weights = np.empty(n)
+    centroids = np.empty((n, d))
+    factor = 1.5
+    before = 0.0
     for _ in range(rounds):
         settle(points, centred, charge, moves)
         voronoi(points, cells, weights, centroids)

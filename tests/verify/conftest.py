@@ -50,7 +50,8 @@ def small_kit(few, tmp_path):
 @pytest.fixture(scope="session")
 def seen():
     """Two scenes from a module and one by a camera, each with a radius."""
-    made, display = [], find_display("sample-a").with_resolution(64, 48)
+    made = []
+    display = find_display("sample-a").with_resolution(64, 48)
     for name in ("gallery", "statue", "camera"):
         mesh = builtin_scene("gallery" if name == "camera" else name)
         camera = Camera.looking_at(mesh.bounds).view(64, 48)

@@ -113,7 +113,8 @@ def test_a_point_that_the_card_hides_from_an_eye_does_not_count(card):
     np.testing.assert_allclose(off[~before], 0.3, atol=1e-7)
     # Lines from the eyes at z = 4 to the wall meet the card's plane at a quarter of the way back.
     for eye in EYES.values():
-        x, y = 0.75 * shared.points[~before, 0] + 0.25 * eye, 0.75 * shared.points[~before, 1]
+        x = 0.75 * shared.points[~before, 0] + 0.25 * eye
+        y = 0.75 * shared.points[~before, 1]
         assert not ((np.abs(x) < 0.25) & (np.abs(y) < 0.25)).any()
 
 
@@ -147,7 +148,8 @@ def test_mine_is_found_and_stored_as_compare_says(wall, tmp_path):
 def test_one_folder_of_mine_for_each_folder(wall, tmp_path):
     """Files of one name are of the folder in the same place, in either order."""
     shutil.copytree(wall, tmp_path / "again")
-    folders, mine = [wall, tmp_path / "again"], []
+    folders = [wall, tmp_path / "again"]
+    mine = []
     for number, value in enumerate((0.25, 0.75)):
         mine.append(save(tmp_path / f"mine{number}", left_ao_1=np.float32(value), right_ao_1=np.float32(value)))
     texts = [agree(tmp_path, *folders[::s], "--mine", mine[::s][0], "--mine", mine[::s][1]) for s in (1, -1)]
@@ -179,7 +181,8 @@ def test_rays_of_a_wall_agree_to_the_bit(wall, tmp_path, rooms, capsys):
     assert made["noise_of_rays"] == 0
     assert "rays             0.0000   0.00 %" in capsys.readouterr().out
     views = read_views(open_folders([wall], "ao_1"), None)
-    shared, rays = share_points(views), Truth(views[0], str(rooms / "wall.obj"))
+    shared = share_points(views)
+    rays = Truth(views[0], str(rooms / "wall.obj"))
     values = shared.read([rays.cast(*both)[0] for both in zip(views, shared.places, strict=True)], "rays")
     np.testing.assert_array_equal(values, 0.5)
 
@@ -193,7 +196,8 @@ def test_rays_know_a_crease(tmp_path):
     crease = str(tmp_path / "crease.obj")
     folder = render(tmp_path / "crease", crease, *words, "--estimator", "gtao")
     views = read_views(open_folders([folder], "ao_1"), None)
-    shared, rays = share_points(views), Truth(views[0], crease)
+    shared = share_points(views)
+    rays = Truth(views[0], crease)
     errors = []
     for seen, places in zip(views, shared.places, strict=True):
         texture, error = rays.cast(seen, places)
@@ -251,7 +255,8 @@ def test_the_disagreement_of_a_tilted_wall_is_noise_of_samples(tmp_path, capsys)
     (tmp_path / "tilted.obj").write_text("v -8 -8 -4\nv 8 -8 4\nv 8 8 4\nv -8 8 -4\nf 1 2 3 4\n")
     room = str(tmp_path / "tilted.obj")
     found = json.loads(agree(tmp_path, render(tmp_path / "made", room, *WORDS, "--radii", "0.5", "--guard", "10")))
-    parts, rms = found["parts_of_reference"], found["disagreement"]["reference"]["rms"]
+    parts = found["parts_of_reference"]
+    rms = found["disagreement"]["reference"]["rms"]
     assert rms > 0.1
     assert sum(parts.values()) == pytest.approx(rms**2, rel=1e-12)
     assert abs(parts["rest"]) < 0.07 * rms**2
@@ -262,7 +267,8 @@ def test_the_disagreement_of_a_tilted_wall_is_noise_of_samples(tmp_path, capsys)
 def test_the_disagreement_at_borders_is_no_noise(rooms, tmp_path, capsys):
     """Turns about z change nothing on a wall z = 0 but for samples that leave the texture, which the other eye sees."""
     found = json.loads(agree(tmp_path, rooms / "wall"))
-    parts, square = found["parts_of_reference"], found["disagreement"]["reference"]["rms"] ** 2
+    parts = found["parts_of_reference"]
+    square = found["disagreement"]["reference"]["rms"] ** 2
     assert parts["missing"] + parts["rest"] > 0.1 * square
     assert parts["missing"] > 0.05 * square
     assert sum(parts.values()) == pytest.approx(square, rel=1e-12)
@@ -309,7 +315,8 @@ def test_estimators_that_make_points_of_depth_tell_no_missing_surface(rooms, tmp
     words = ["--estimator", "sao", "--rotate", "hash", "--radii", "0.5", "--layers", "depth,positions,normals,ao"]
     folder = render(tmp_path / "made", str(rooms / "card.obj"), *WORDS[:-2], *words)
     found = json.loads(agree(tmp_path, folder))
-    parts, rms = found["parts_of_reference"], found["disagreement"]["reference"]["rms"]
+    parts = found["parts_of_reference"]
+    rms = found["disagreement"]["reference"]["rms"]
     assert parts.pop("missing") is None
     assert sum(parts.values()) == pytest.approx(rms**2, rel=1e-12)
 

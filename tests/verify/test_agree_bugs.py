@@ -15,7 +15,8 @@ from lfssao.verify.compare.metrics import Metrics
 from lfssao.verify.compare.result import Result
 from lfssao.verify.verdict import Verdict
 
-WIDTH, HEIGHT = 80, 60
+WIDTH = 80
+HEIGHT = 60
 JOB = ["ammonite", "--camera", "--resolution", f"{WIDTH}x{HEIGHT}", "--layers", "depth,positions,normals,ao"]
 STEREO = [*JOB, "--stereo", "0.3", "--radii", "8%"]
 
@@ -29,7 +30,8 @@ class Job:
 
     @classmethod
     def rendered(cls, folder, *words):
-        manifest, views = manifest_of(render(folder, *words)), {}
+        manifest = manifest_of(render(folder, *words))
+        views = {}
         for entry in manifest["views"]:
             textures = {k: np.squeeze(p.pixels) for k, p in lfssao.read_exr(folder / entry["file"]).items()}
             if manifest["settings"]["estimator"] == "point":
@@ -207,7 +209,8 @@ def test_normals_of_the_other_eye_have_their_name(tmp_path, plant, name):
 @pytest.fixture(scope="module")
 def turned(tmp_path_factory):
     """Two cameras that look at one place from two sides, each a folder of its own."""
-    path, made = tmp_path_factory.mktemp("turned"), []
+    path = tmp_path_factory.mktemp("turned")
+    made = []
     for name, x in (("a", -0.8), ("b", 0.8)):
         words = [*JOB, "--eye", f"{x},1,4", "--target", "0,0.5,0", "--radii", "8%", "--estimator", "hemisphere"]
         made.append(Job.rendered(path / name, *words))
@@ -222,12 +225,14 @@ def axes_of(r, folder):
 
 def test_normals_in_the_view_space_of_the_other_camera_have_their_name(turned, tmp_path):
     """The second camera reads its own normals by the first one's view matrix; no order of folders changes a byte."""
-    own, mine = [axes_of(r, job.folder) for job in turned for r in job.views.values()], []
+    own = [axes_of(r, job.folder) for job in turned for r in job.views.values()]
+    mine = []
     for k, job in enumerate(turned):
         (r,) = job.views.values()
         normals = r.normals @ own[0].T @ own[k]
         mine.append(save(tmp_path / f"mine{k}", {"camera_ao_1": r.points(normals=normals.astype(np.float32))}))
-    folders, texts = [job.folder for job in turned], []
+    folders = [job.folder for job in turned]
+    texts = []
     for order in ((0, 1), (1, 0)):
         words = [str(folders[k]) for k in order] + [word for k in order for word in ("--mine", mine[k])]
         made, text = agree(tmp_path, *words, "--same", "0.1")
@@ -309,11 +314,9 @@ def test_rounding_where_no_interval_is_known_is_not_wrong(verdict, figures, wron
 
 def test_views_that_take_each_others_are_exchanged():
     """Two of three views; a copy is no exchange."""
-    one, other, copy = (
-        Bug("the depth of view_001", ("view_002",), "first"),
-        Bug("the depth of view_002", ("view_001",), "second"),
-        Bug("the normals of view_001", ("view_002",), "third"),
-    )
+    one = Bug("the depth of view_001", ("view_002",), "first")
+    other = Bug("the depth of view_002", ("view_001",), "second")
+    copy = Bug("the normals of view_001", ("view_002",), "third")
     words = "the depth of view_001 and view_002 is exchanged: first; second"
     assert _merged_exchanges([one, copy, other]) == (
         copy,

@@ -13,7 +13,8 @@ from planted_bugs import Renderer, moved, turned, turns_of
 import lfssao
 from lfssao.files.exr import read_exr, write_exr
 
-WIDTH, HEIGHT = 32, 24
+WIDTH = 32
+HEIGHT = 24
 SIZE = "--resolution", f"{WIDTH}x{HEIGHT}", "--radii", "4%,7%"
 JOBS = {
     "display": ("--display", "sample-a", "--modules", "9:11", *SIZE),
@@ -42,7 +43,8 @@ def folder(tmp_path_factory):
 @functools.cache
 def renderers(folder):
     """A renderer of each view of a folder, by its name."""
-    manifest, made = manifest_of(folder), {}
+    manifest = manifest_of(folder)
+    made = {}
     for entry in manifest["views"]:
         parts = read_exr(folder / entry["file"])
         textures = {name: np.squeeze(ordered(part).pixels) for name, part in parts.items()}
@@ -124,7 +126,8 @@ LATER = [
 @np.errstate(all="ignore")
 def wrong_textures(r, rng):
     """Two or three bugs at once: in the making of AO, or in what became of one of the textures."""
-    own, layers = {}, ["depth", "positions", "ao_1", "ao_2", "merged", "blurred", "shaded"]
+    own = {}
+    layers = ["depth", "positions", "ao_1", "ao_2", "merged", "blurred", "shaded"]
     chosen = rng.permutation([*rng.choice(list(BUGS), 3, replace=False), *rng.choice(layers, 2)])
     number = int(rng.integers(2, 4))
     made = "normals" not in r.textures  # other estimators' occlusion is not made, what follows may be wrong

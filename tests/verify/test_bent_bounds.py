@@ -43,7 +43,8 @@ def test_ends_of_a_side_hold_those_of_all_cosines_between(monkeypatch, weighting
     for name, made in (("least", lambda _: low), ("most", lambda _: high), ("alternatives", Hull)):
         monkeypatch.setattr(gtao, name, made)
     arcs = SimpleNamespace(points=np.array([[1.0, 0.0]]), exact=True, cosine=weighting == "cosine")
-    view, normal = SimpleNamespace(arc_cosine=math.acos), (math.sqrt(0.5), 0.0, math.sqrt(0.5))
+    view = SimpleNamespace(arc_cosine=math.acos)
+    normal = (math.sqrt(0.5), 0.0, math.sqrt(0.5))
     for k, axes in enumerate(((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))):
         here = None, None, None, normal, axes
         found = gtao._open(0, arcs, view, here, 0, None).ends
@@ -55,7 +56,8 @@ def test_ends_of_a_side_hold_those_of_all_cosines_between(monkeypatch, weighting
 
 def renderers(rng, name, model, options, radius, seen, samples):
     """Bent normals of renderers, (R, H, W, 3)."""
-    numbers, sums = formulas_of(name, options, radius, seen, samples), []
+    numbers = formulas_of(name, options, radius, seen, samples)
+    sums = []
     view = view_of(name, seen, options, model, numbers)
     for axis in range(3):
         own = numbers._replace(axis=axis)
@@ -63,7 +65,8 @@ def renderers(rng, name, model, options, radius, seen, samples):
     by = Renderers(rng, RENDERERS, model)
     x, y, z = (Number(by, each) for each in sums)
     with np.errstate(all="ignore"):
-        largest, scaling = Number(by, np.max(np.abs(sums), axis=0)), by.lot(0.5)
+        largest = Number(by, np.max(np.abs(sums), axis=0))
+        scaling = by.lot(0.5)
         parts = [by.where(scaling, part / largest, part) for part in (x, y, z)]
         length = np.sqrt(by.total([1.0] * 3, [part * part for part in parts]))
         made = [by.choose(part / length, (1 / length) * part).x for part in parts]
@@ -73,7 +76,9 @@ def renderers(rng, name, model, options, radius, seen, samples):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["gtao", "visibility-bitmask"])
 def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small(name):
-    choices, counts, widths = VARIANTS[name], [], []
+    choices = VARIANTS[name]
+    counts = []
+    widths = []
     if name == "visibility-bitmask":  # gtao has all look-ups: each compiles for half a minute
         choices = {key: values for key, values in choices.items() if key not in {*LOOK_UPS, "background"}}
     options = st.fixed_dictionaries({key: st.sampled_from(values) for key, values in choices.items()})
@@ -82,7 +87,8 @@ def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small(name):
     @given(drawn_problems(), options)
     def check(drawn, options):
         view, rng, model, radius, n, turning = drawn
-        model, options = find_model(model), {**ESTIMATORS[name].parameters, **options}
+        model = find_model(model)
+        options = {**ESTIMATORS[name].parameters, **options}
         seen, samples = drawn_scene(rng, name, options, view, radius, n, turning)
         made = renderers(rng, name, model, options, radius, seen, samples)
         found, weak = (

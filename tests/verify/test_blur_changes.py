@@ -7,7 +7,8 @@ import pytest
 
 from lfssao.verify.diagnosis import post
 
-HEIGHT, WIDTH = 40, 56
+HEIGHT = 40
+WIDTH = 56
 
 
 def blur(sigma, number, rng):

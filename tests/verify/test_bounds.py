@@ -35,7 +35,8 @@ def small_cases(draw):
     height, width = draw(st.sampled_from([(3, 4), (1, 9), (1, 1), (5, 2)]))
     view = drawn_view(draw, height, width)
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    n, radius = draw(st.sampled_from([1, 3, 5])), draw(st.sampled_from([0.01, 0.3, 2.0, 1e-40]))
+    n = draw(st.sampled_from([1, 3, 5]))
+    radius = draw(st.sampled_from([0.01, 0.3, 2.0, 1e-40]))
     depth, positions, samples = critical_scene(rng, view, n, radius)
     if draw(st.booleans()):
         odd = np.array([0.0, -0.0, 1e-40, -1e-40, 1e30, -np.inf, 3.0], np.float32)
@@ -52,11 +53,13 @@ def small_cases(draw):
 def test_outcomes_are_the_references_and_no_more_are_in_doubt(case):
     view, depth, positions, samples, radius, model = case
     back = view.screen_to_world if positions is None else None
-    by, points = find_model(model).errors, ssao.sample_points(samples, radius)
+    by = find_model(model).errors
+    points = ssao.sample_points(samples, radius)
     seen = ssao.with_depth_ends(
         ssao.checked_view(depth, positions, view.world_to_image, radius, back), find_model(model)
     )
-    fewest, most = np.full(depth.shape, -9, np.int32), np.full(depth.shape, -9, np.int32)
+    fewest = np.full(depth.shape, -9, np.int32)
+    most = np.full(depth.shape, -9, np.int32)
     kernels.count_hidden(seen, points, by, fewest, most)
     found = np.empty((len(samples), 9))
     # The reference has no room for distances, of which renderers make window depths (``linear_room``).
@@ -113,7 +116,8 @@ def test_a_sample_on_an_edge_is_undecided_where_the_texels_differ_and_only_there
 
 def test_a_tie_that_no_operation_rounds_is_clear_and_one_that_may_round_is_undecided():
     slits = WorldToImage(0, np.array([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, -2, 0.5, 0.5], float))
-    depth, position = np.zeros((1, 1), np.float32), np.zeros((1, 1, 3), np.float32)
+    depth = np.zeros((1, 1), np.float32)
+    position = np.zeros((1, 1, 3), np.float32)
     for z, undecided in ((0.0, 0), (0.125, 0), (0.1, 1)):  # 0.1 in float64, rounded, or a rounded 1 times a rounded 0.1
         depth[:], position[..., 2] = np.float32(z) * 2, np.float32(z)
         found = ssao.ao_bounds(depth, position, slits, np.array([[0.0, 0.0, z]]), 1.0)
@@ -125,8 +129,10 @@ def test_a_tie_stays_clear_where_a_turn_leaves_the_depth():
     """Cosine 0.6 and sine 0.8; x is no part of the depth, or all of it."""
     for part, undecided in ((0.0, 0), (1.0, 1)):
         slits = WorldToImage(0, np.array([1, 0, 0, 0, 0, 1, 0, 0, part, 0, 1, 0, 3, -2, 0.5, 0.5], float))
-        depth, position = np.full((1, 1), 0.25 + part * 0.15, np.float32), np.float32([[[0, 0, 0.125]]])
-        turns, sample = np.float32([[[0.6]], [[0.8]]]), np.array([[0.25, 0.0, 0.125]])
+        depth = np.full((1, 1), 0.25 + part * 0.15, np.float32)
+        position = np.float32([[[0, 0, 0.125]]])
+        turns = np.float32([[[0.6]], [[0.8]]])
+        sample = np.array([[0.25, 0.0, 0.125]])
         assert ssao.ao_bounds(depth, position, slits, sample, 1.0, turns=turns).undecided.tolist() == [[undecided]]
 
 
@@ -229,7 +235,8 @@ def test_few_samples_are_undecided_in_the_embedded_scenes(name):
     display = find_display("virtual").with_resolution(256, 192)
     for view in (module_views(mesh, display)[0], Camera.looking_at(mesh.bounds).view(256, 192)):
         gbuffer = RayCaster(mesh, view.cast_from_world).gbuffer(view, color=None)
-        samples, surface = make_samples(), gbuffer.depth < np.inf
+        samples = make_samples()
+        surface = gbuffer.depth < np.inf
         for radius in default_radii(mesh):
             given = gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius
             undecided = ssao.ao_bounds(*given, screen_to_world=view.screen_to_world).undecided[surface]
@@ -260,7 +267,8 @@ def test_explain_names_the_texel_the_edge_and_the_error():
 
 
 def test_explain_of_algorithm_1_has_its_points_from_depth():
-    depth, samples = np.float32([[0, 2, 0]]), np.array([(1, 0, 1.0)])
+    depth = np.float32([[0, 2, 0]])
+    samples = np.array([(1, 0, 1.0)])
     found = explainer(depth, None, IDENTITY, samples, 1.0, "strict", np.eye(4))((1, 0))
     assert [(s.u, s.v, s.z, s.texel, s.outcome) for s in found] == [(2.5, 0.5, 3.0, (2, 0), "occluded")]
 
@@ -274,7 +282,8 @@ IEEE = {"operation": Fraction(1, 2), "division": Fraction(1, 2), "root": Fractio
 ])  # fmt: skip
 def test_the_numbers_of_a_model_are_those_of_its_operations(name, off, centre, coordinate, exponential):
     """In ulp, as its documentation lists them: of a (1 / b), a root, and a sine of the sum of two rounded angles."""
-    model, ulp = MODELS[name], Fraction(1, 2**23)
+    model = MODELS[name]
+    ulp = Fraction(1, 2**23)
     operation, division, root = (off[kind] * ulp for kind in ("operation", "division", "root"))
     assert (model.operation, model.smallest) == (operation, 2.0**-126)
     quotient = (1 + division) * (1 + operation) - 1
@@ -287,7 +296,9 @@ def test_the_numbers_of_a_model_are_those_of_its_operations(name, off, centre, c
 
 
 def test_what_does_not_fit_is_refused():
-    depth, positions, samples = np.zeros((2, 3), np.float32), np.zeros((2, 3, 3), np.float32), np.zeros((1, 3))
+    depth = np.zeros((2, 3), np.float32)
+    positions = np.zeros((2, 3, 3), np.float32)
+    samples = np.zeros((1, 3))
     good = {"depth": depth, "positions": positions, "world_to_image": IDENTITY, "samples": samples, "radius": 1.0}
     slits = WorldToImage(0, np.ones(16))
     bad = [

@@ -122,7 +122,8 @@ def test_a_wrong_texel_fails_and_is_explained(tmp_path, capsys, reference):
 def test_stages_that_were_not_written_may_be_anything_that_is_right(tmp_path, reference, written):
     """Blurred and shaded textures of the largest occlusion that conforms, which the renderer did not write."""
     manifest = manifest_of(reference)
-    view, settings = manifest["views"][1]["view"], manifest["settings"]
+    view = manifest["views"][1]["view"]
+    settings = manifest["settings"]
     to_image = WorldToImage(KINDS.index(view["world_to_image_kind"]), np.array(view["world_to_image"]))
     turns = texel_turns(settings["rotation"], view["height"], view["width"], 0, np.dtype(np.float32))
     depth, positions, color, merged = (

@@ -33,7 +33,9 @@ def test_figures_are_those_of_their_formulas_on_each_part(scene):
     found = agreements(mine, reference, surface_parts(depth, len(mine)))
     assert tuple(found) == PARTS
     for part, flags in (("interiors", np.isfinite(depth) & ~edges), ("silhouettes", edges)):
-        figures, a, b = found[part], mine[flags].astype(float), reference[flags].astype(float)
+        figures = found[part]
+        a = mine[flags].astype(float)
+        b = reference[flags].astype(float)
         slope, offset = np.polyfit(b, a, 1)
         assert figures.texels == flags.sum()
         assert (figures.mean, figures.reference_mean) == pytest.approx((a.mean(), b.mean()))

@@ -69,7 +69,8 @@ def test_the_worst_texels_are_farthest_beyond_their_intervals_and_then_farthest_
     e = 2.0**-6
     mine = np.float32([[e, 0.875, e, np.nan, e], [0.5, e, 0.375, e, e], [-0.25, 1, -np.inf, 0, 0]])
     upper = np.float32([[0.5, 1, 0.5, 0.5, 0.5], [0.375, 0.5, 0.125, 0.5, 0.5], [0.5, 1, 0.5, 0.5, 0.5]])
-    right, allowed = 0 * upper, Bounds(0 * upper, upper)
+    right = 0 * upper
+    allowed = Bounds(0 * upper, upper)
     judged = Judgement(Verdict.OUTSIDE, "", mine != right, allowed.outside(mine), allowed)
     sides = (Layer("ao_1", ("Y",), (texture,), None) for texture in (mine, right))
     found = result_of("module_000", *sides, judged, Tolerance(), str).worst

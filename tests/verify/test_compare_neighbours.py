@@ -33,11 +33,13 @@ def entry_of(folder, module):
 def buffers_of(folder, module):
     """A module's textures, depth of the modules that it asks from the files of a folder too."""
     entry = entry_of(folder, module)
-    parts, others = read_exr(folder / f"{module}.exr"), []
+    parts = read_exr(folder / f"{module}.exr")
+    others = []
     for other in entry["neighbours"]:
         depth = read_exr(folder / f"{other['name']}.exr")["depth"].pixels[..., 0]
         others.append((view_of("", other["view"]).world_to_image, depth))
-    depth, positions = parts["depth"].pixels[..., 0], parts["positions"].pixels
+    depth = parts["depth"].pixels[..., 0]
+    positions = parts["positions"].pixels
     return lfssao.Buffers(view_of(module, entry["view"]), depth, positions, neighbours=others)
 
 
@@ -75,7 +77,8 @@ def with_ao(reference, target, make):
 
 def with_other_depth(reference, target, shown):
     """A copy in which the occlusion of a module is made of other depth of those that it asks, ``shown`` or not."""
-    rng, others = np.random.default_rng(5), {}
+    rng = np.random.default_rng(5)
+    others = {}
     for module in ("module_009", "module_011"):
         parts = read_exr(reference / f"{module}.exr")
         off = rng.normal(0, 0.02, parts["depth"].pixels.shape).astype(np.float32)

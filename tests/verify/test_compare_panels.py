@@ -32,7 +32,8 @@ def mine(tmp_path):
 def test_two_folders_and_a_panel_for_the_files_of_its_lenses(folder, mine):
     layers = {"depth", "positions", "color", "ao_1", "merged", "blurred", "shaded"}
     shutil.copy(folder / "panel.exr", mine)
-    copy, panel = shutil.copytree(folder, mine.parent / "copy"), "panel.exr"
+    copy = shutil.copytree(folder, mine.parent / "copy")
+    panel = "panel.exr"
     for other, reference in (
         (copy, folder),
         (mine, folder),

@@ -100,7 +100,8 @@ def test_files_of_views_come_first_and_a_part_of_the_views_may_be_the_reference(
     assert compare(mine, folder).exit_code == 0
     (tmp_path / "mine.toml").write_text(MINE)
     job = "statue", "--display", str(tmp_path / "mine.toml"), "--radii", "5%", "--modules", "4:6"
-    part, whole = render(tmp_path / "part", *job), tmp_path / "whole"
+    part = render(tmp_path / "part", *job)
+    whole = tmp_path / "whole"
     whole.mkdir()
     save(whole / "merged_qs3x2a0.75.png", tiles(folder, ORDER), 3)
     report = compare(whole, part, layers=["merged"])
@@ -119,7 +120,8 @@ def test_the_mesh_judges_depth_from_each_eye(folder, mine):
 
 
 def test_numbers_that_are_not_the_references(folder, mine, tmp_path, capsys):
-    codes, words = tiles(folder, ORDER), ["compare", str(mine), str(folder), "--layers", "merged"]
+    codes = tiles(folder, ORDER)
+    words = ["compare", str(mine), str(folder), "--layers", "merged"]
     for name, columns, reason in (
         ("merged_qs3x3a0.75.png", 3, "its name says 3 x 3 views, the reference's quilt has 6"),
         (
@@ -203,11 +205,13 @@ def test_a_wrong_number_of_a_quilt_is_told_once_for_all_views(drawn, tmp_path, w
 @pytest.mark.parametrize("turned", [True, False])
 def test_views_that_are_not_sheared_are_named(drawn, tmp_path, turned):
     """Cameras at the eyes' places that look at the screen's middle, or straight ahead; AO alone is wrong."""
-    mesh, quilt = find_scene("statue"), find_views(drawn.parent / "mine.toml")
+    mesh = find_scene("statue")
+    quilt = find_views(drawn.parent / "mine.toml")
     to_world = inverse_of("map", fit_roi(mesh.bounds, quilt.roi))
     settings = manifest_of(drawn)["settings"]
     for k, view in enumerate(module_views(mesh, quilt)):
-        x, unit = quilt.eye_x(k), to_world[0, 0]
+        x = quilt.eye_x(k)
+        unit = to_world[0, 0]
         eye, middle, ahead = (to_world[:, :3] @ p + to_world[:, 3] for p in np.array(
             [[x, 0, -quilt.distance], [0, 0, 0], [x, 0, 0]]))  # fmt: skip
         height = quilt.screen_height * unit * (math.hypot(x, quilt.distance) / quilt.distance if turned else 1)

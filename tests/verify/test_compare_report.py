@@ -47,7 +47,8 @@ def test_json_can_be_all_that_is_printed(tmp_path, capsys):
 def test_a_report_is_true_where_mine_conforms(tmp_path):
     for name, value in (("a", 0.5), ("b", 0.25)):
         np.save(tmp_path / f"{name}.npy", np.float32([[value]]))
-    a, b = tmp_path / "a.npy", tmp_path / "b.npy"
+    a = tmp_path / "a.npy"
+    b = tmp_path / "b.npy"
     assert lfssao.compare(a, a)
     found = [lfssao.compare(a, b), lfssao.compare(a, b, fail=1.0)]
     assert [(report.exit_code, bool(report)) for report in found] == [(2, False), (1, False)]
@@ -109,7 +110,8 @@ def test_picture_shows_the_first_module_that_fails(tmp_path, reference, failing)
 
 
 def test_nothing_is_drawn_after_the_first_module_that_fails(tmp_path, reference, failing, monkeypatch):
-    drawn, offer = [], Panels.offer
+    drawn = []
+    offer = Panels.offer
     monkeypatch.setattr(Panels, "offer", lambda self, *args: drawn.append(self.module) or offer(self, *args))
     mine = changed(failing, tmp_path / "mine", "module_003", poke("merged", (8, 8), np.nan))
     report = lfssao.compare(mine, reference, diagnosis=False)

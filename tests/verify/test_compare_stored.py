@@ -55,8 +55,11 @@ def render(source, target, module, kinds, alter=lambda layer, codes: codes, endi
     manifest = jobs.manifest_of(source)
     entry = next(entry["view"] for entry in manifest["views"] if entry["name"] == module)
     mapping = WorldToImage(KINDS.index(entry["world_to_image_kind"]), np.array(entry["world_to_image"]))
-    samples, radii = np.array(manifest["settings"]["samples"]), manifest["settings"]["radii"]
-    guard, back, made = entry["guard"], entry["screen_to_world"], {}
+    samples = np.array(manifest["settings"]["samples"])
+    radii = manifest["settings"]["radii"]
+    guard = entry["guard"]
+    back = entry["screen_to_world"]
+    made = {}
     how = manifest["settings"]["rotation"], entry["height"], entry["width"], manifest["settings"]["rotation_seed"]
     turns = texel_turns(*how, np.dtype(np.float32))
 
@@ -206,13 +209,17 @@ def judge_renderers(name, kind, visibility, seed):
     """Names of the textures outside their intervals, of renderers of any arithmetic that store occlusion and colour."""
     (view, levels), rng, n, sigma, radii = right_view(name), np.random.default_rng(seed), 6, 0.6, (0.3, 0.2)
     depth, positions, samples = oracle.critical_scene(rng, view, n, radii[0], levels=levels)
-    rgb, mapping, ar = rng.random((*depth.shape, 3)).astype(np.float32), view.world_to_image, rr.Arithmetic(rng, 24)
+    rgb = rng.random((*depth.shape, 3)).astype(np.float32)
+    mapping = view.world_to_image
+    ar = rr.Arithmetic(rng, 24)
     back = view.screen_to_world if positions is None else None
     color, shown = stored_by(ar, ar.full(rgb), "srgb8" if kind == "unorm8" else kind)
-    read, made = {"color": color}, []
+    read = {"color": color}
+    made = []
     for k, radius in enumerate(radii, start=1):
         given = depth, positions, mapping.kind, mapping.numbers, samples, radius, None if back is None else back.ravel()
-        points, way = rr.image_points(ar, *given), rng.choice(rr.WAYS) if name == "camera" else "window"
+        points = rr.image_points(ar, *given)
+        way = rng.choice(rr.WAYS) if name == "camera" else "window"
         ao = rr.occlusion(ar, depth, *points, way, (0.1, 50.0))
         read[f"ao_{k}"], ao = stored_by(ar, ao, kind, visibility)
         made.append(ao)
@@ -348,11 +355,13 @@ def test_bounds_of_stored_values_are_the_nearest_of_the_format(kind, visibility)
     codes, steps = all_codes(kind)
 
     def inside(part, chosen):
-        values, read = decode(steps[:-1] + part * np.diff(steps), kind)[None], decode(chosen, kind)[None]
+        values = decode(steps[:-1] + part * np.diff(steps), kind)[None]
+        read = decode(chosen, kind)[None]
         values, read = (1 - values, 1 - read) if visibility else (values, read)
         return ~TextureFormat(kind, visibility).bounds(exact_bounds(values), MODELS["strict"]).outside(read)
 
-    below, above = codes[:-1], codes[1:]
+    below = codes[:-1]
+    above = codes[1:]
     assert inside(0.45, below).all()
     assert not inside(0.45, above).any()
     assert inside(0.55, above).all()

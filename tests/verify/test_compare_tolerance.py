@@ -33,7 +33,8 @@ def test_texels_fail_by_their_difference_and_textures_by_their_share(tmp_path, c
 
 
 def test_only_texels_beyond_their_interval_count():
-    right, mine = np.zeros((2, 4), np.float32), np.float32([[0.25] * 4, [100, 0, 0, 0]])
+    right = np.zeros((2, 4), np.float32)
+    mine = np.float32([[0.25] * 4, [100, 0, 0, 0]])
     judged = [
         Judgement(Verdict.OUTSIDE, "", mine != right, mine == 0.25, Bounds(right, right, outliers=n)) for n in (0, 4)
     ]

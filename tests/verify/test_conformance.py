@@ -35,7 +35,8 @@ def test_bounds_admit_what_strict_does_not(small_kit):
     assert_conforms(near, small_kit / "cases" / "blur_usual")
     with pytest.raises(AssertionError, match="192 of 192 numbers are not the bits of the reference"):
         assert_conforms(near, case, strict=True)
-    lower, upper = case.bounds["blurred"].lower, case.bounds["blurred"].upper
+    lower = case.bounds["blurred"].lower
+    upper = case.bounds["blurred"].upper
     assert_conforms(lower, case)
     assert_conforms(upper, case)
     for beyond in (np.nextafter(lower, np.float32(-1)), np.nextafter(upper, np.float32(2)), near * np.float32(np.nan)):
@@ -124,7 +125,8 @@ def test_a_failure_has_a_picture_and_the_end_a_summary_by_stage(few, tmp_path):
         own, right, outside = np.split(np.asarray(picture.convert("RGB")), [360, 728], axis=1)[0:3]
     shape = make_case("blur_usual").outputs["blurred"].shape
     scale = 360 / max(shape)
-    row, column = round(3.5 * scale), round(4.5 * scale)
+    row = round(3.5 * scale)
+    column = round(4.5 * scale)
     assert outside[row, 8 + column].tolist() == [255, 255, 255]
     assert outside[-2, -2].tolist() == [0, 0, 0]
     assert own[row, column, 0] > right[row, 8 + column, 0]

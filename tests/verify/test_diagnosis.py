@@ -67,9 +67,12 @@ STORE = {
     "unorm16": lambda x: np.rint(65535 * np.clip(x, 0, 1)) / 65535,
     "srgb8": lambda x: decoded(STORE["unorm8"](encoded(np.clip(x, 0, 1)))),
 }
-WIDTH, HEIGHT = 128, 96
-FLIP_U, FLIP_V = np.array([[-1, 0, WIDTH], [0, 1, 0]]), np.array([[1, 0, 0], [0, -1, HEIGHT]])
-SHIFT, NEAR = ((-1.7, 1.7),), ((0.6, 1.6),)
+WIDTH = 128
+HEIGHT = 96
+FLIP_U = np.array([[-1, 0, WIDTH], [0, 1, 0]])
+FLIP_V = np.array([[1, 0, 0], [0, -1, HEIGHT]])
+SHIFT = ((-1.7, 1.7),)
+NEAR = ((0.6, 1.6),)
 
 
 def but(n, k, other):
@@ -117,8 +120,10 @@ def of_planes(r, near=1.0, far=1.0):
     _, _, z, distance = matrix_of(r)
     slope = z[:3] @ distance[:3]
     offset = slope * distance[3] - z[3]
-    near, far = near * offset / slope, far * offset / (slope - 1)
-    change, other = np.eye(4), far * near / (far - near)
+    near = near * offset / slope
+    far = far * offset / (slope - 1)
+    change = np.eye(4)
+    other = far * near / (far - near)
     change[2] = 0, 0, other / offset, far / (far - near) - slope * other / offset
     return by_camera(r, change)
 
@@ -369,7 +374,8 @@ def compared(r, target, options=None, **textures):
 @pytest.fixture
 def tried(monkeypatch):
     """All changes that searches try."""
-    found, best = [], diagnose.Search.best
+    found = []
+    best = diagnose.Search.best
 
     def spy(search):
         found.extend(search.changes)
@@ -399,13 +405,15 @@ def few_texels(monkeypatch):
 
 @pytest.mark.parametrize(("bug", "number"), DRAWN, ids=str)
 def test_a_planted_bug_is_named(bug, number, folder, tmp_path, tried):
-    r, values = renderer(folder(bug.job)), bug.draw(number)
+    r = renderer(folder(bug.job))
+    values = bug.draw(number)
     with np.errstate(all="ignore"):
         texture = STORE[bug.format](bug.make(r, *values))
     stored = {} if bug.format == "float" else {bug.layer: bug.format.replace("cut", "unorm")}
     result = compared(r, tmp_path, {"stored": stored}, **{bug.layer: texture})[bug.layer]
     assert result.verdict is Verdict.OUTSIDE
-    found, best = result.diagnosis, result.diagnosis.candidates[0]
+    found = result.diagnosis
+    best = result.diagnosis.candidates[0]
     assert (best.kind, found.fits) == (bug.kind.format(*values), True), found.words("M")
     for value, planted in zip(best.values, values, strict=False):  # some values stand in the name
         assert agrees(best.kind, value, planted)
@@ -419,7 +427,9 @@ def test_a_planted_bug_is_named(bug, number, folder, tmp_path, tried):
     ao("samples are not turned and shift of u", lambda r, x: r.ao(turns=None, image=moved(x)), (0.2, 0.4)),
 ], ids=str)  # fmt: skip
 def test_two_bugs_at_once_are_named_together(bug, number, folder, tmp_path):
-    r, values, kinds = renderer(folder(bug.job)), bug.draw(number), bug.kind.split(" and ")
+    r = renderer(folder(bug.job))
+    values = bug.draw(number)
+    kinds = bug.kind.split(" and ")
     found = compared(r, tmp_path, **{bug.layer: bug.make(r, *values)})[bug.layer].diagnosis
     best = found.candidates[0]
     assert (best.kind, found.fits) == (bug.kind, True)
@@ -438,7 +448,8 @@ def test_a_pair_of_changes_is_told_once_of_all_textures_and_with_texels_whose_sa
 
 
 def test_changes_tie_in_all_textures_and_with_texels_whose_samples_leave_them(folder, tmp_path, monkeypatch):
-    searched, retry = WrongTexture._searched, WrongTexture._retry
+    searched = WrongTexture._searched
+    retry = WrongTexture._retry
 
     def twins(texture, *given):
         first = searched(texture, *given)[0]
@@ -477,7 +488,8 @@ def test_a_change_is_named_that_turns_ten_texels(kind, make, folder, tmp_path, m
     for limit in ("_MOST", "_POLISHED"):  # as if the texture were ten times as large
         monkeypatch.setattr(diagnose, limit, 1)
     monkeypatch.setattr(diagnose, "_FEWEST", 600)
-    r, size = renderer(folder("display")), 1e-5
+    r = renderer(folder("display"))
+    size = 1e-5
     while np.count_nonzero(make(r, size) != r.ao_2) < 10:
         size *= 1.2
     found = compared(r, tmp_path, ao_2=make(r, size))["ao_2"].diagnosis
@@ -486,7 +498,8 @@ def test_a_change_is_named_that_turns_ten_texels(kind, make, folder, tmp_path, m
 
 
 def test_a_change_of_two_values_is_not_told_by_seven_texels(folder, tmp_path):
-    r, size = renderer(folder("display")), 1e-5
+    r = renderer(folder("display"))
+    size = 1e-5
     while np.count_nonzero(r.ao(image=moved(size, -size)) != r.ao_2) < 6:
         size *= 1.2
     found = compared(r, tmp_path, ao_2=r.ao(image=moved(size, -size)))["ao_2"].diagnosis
@@ -535,7 +548,8 @@ def test_other_arithmetic_has_no_cause_nor_has_one_wrong_texel(job, number, form
 @pytest.mark.parametrize("job", JOBS)
 def test_texels_of_the_search_have_the_references_bits(job, folder):
     """The search runs ``lf`` by the formulas of ``point``."""
-    r, reference = renderer(folder(job)), Reference.open(folder(job))
+    r = renderer(folder(job))
+    reference = Reference.open(folder(job))
     case = reference.read(r.name, reference.described(r.name))[1]
     wrong = WrongTexture("ao_1", r.ao_1, stage_inputs({}, case), case, Judgement(Verdict.EQUAL_BITS), MODELS["nearest"])
     low, high = wrong.problem(np.flatnonzero(np.isfinite(r.depth))).ends()
@@ -544,7 +558,8 @@ def test_texels_of_the_search_have_the_references_bits(job, folder):
 
 def test_a_count_of_equal_depths_is_named(folder):
     """On a flat surface at z = 0, where no arithmetic rounds z, half of the samples are as deep as it is."""
-    r, reference = renderer(folder("display")), Reference.open(folder("display"))
+    r = renderer(folder("display"))
+    reference = Reference.open(folder("display"))
     samples = r.samples * np.where(np.arange(24).reshape(8, 3) % 6 == 5, 0, 1)
     flat = r.seen(np.zeros_like(r.depth), np.inf)
     own = {"depth": flat, "positions": r.unprojected(depth=np.zeros_like(flat))}

@@ -167,7 +167,8 @@ def reference(tmp_path_factory):
 @functools.cache
 def renderers(folder):
     """A renderer of each of a folder's modules, by its name."""
-    manifest, made = manifest_of(folder), {}
+    manifest = manifest_of(folder)
+    made = {}
     for entry in manifest["views"]:
         parts = read_exr(folder / entry["file"])
         textures = {layer: np.squeeze(ordered(part).pixels) for layer, part in parts.items()}
@@ -217,7 +218,8 @@ if os.environ.get("LFSSAO_WHOLE"):
 
 @pytest.mark.parametrize("name", PLANTED)
 def test_the_planting_renderer_is_right_where_nothing_is_planted(name, reference, tmp_path):
-    folder, display = reference(name), plain_display(name)
+    folder = reference(name)
+    display = plain_display(name)
     own = {module: made_by(r, display, "rays and AO") for module, r in renderers(folder).items()}
     report = compared(folder, tmp_path / "mine", own, diagnosis=False)
     assert wrong(report) == (set(), set())
@@ -231,7 +233,8 @@ def planted(folder, name, place):
     """
     made = {}
     for kind, (change, ranges, rng) in drawn(name, place).items():
-        own, values = {}, ()
+        own = {}
+        values = ()
         while wrong_texels(folder, own) < FEWEST:
             values = (float(rng.uniform(*ranges[rng.integers(2)])),) if ranges else ()
             display = change(plain_display(name), *values)
@@ -251,7 +254,8 @@ def indistinct(folder, name, change, told, own):
 
     A texel turns at some value: those between told and planted are all that says which of the two it was.
     """
-    display, between = change(plain_display(name), *told), 0
+    display = change(plain_display(name), *told)
+    between = 0
     for module, renderer in renderers(folder).items():
         between += np.count_nonzero(made_by(renderer, display, "AO alone")["ao_1"] != own[module]["ao_1"])
     return between <= 0.01 * wrong_texels(folder, own)
@@ -272,7 +276,8 @@ def misnamed(report, kind, near):
 
 @pytest.mark.parametrize(("name", "place"), TRIED)
 def test_ten_of_eleven_wrong_numbers_are_told_once_and_within_a_fiftieth(name, place, reference, tmp_path):
-    folder, missed = reference(name), {}
+    folder = reference(name)
+    missed = {}
     wrong_displays = planted(folder, name, place)
     assert len(wrong_displays) == 11
     for number, (kind, (change, values, size, own)) in enumerate(wrong_displays.items()):
@@ -304,8 +309,10 @@ MORE = [
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize(("name", "kind", "change"), MORE, ids=[f"{name}-{kind}" for name, kind, _ in MORE])
 def test_a_wrong_camera_for_a_module_is_told_once(name, kind, change, place, reference, tmp_path):
-    folder, plain = reference(name), plain_display(name)
-    display, lens = change(plain), plain.modules
+    folder = reference(name)
+    plain = plain_display(name)
+    display = change(plain)
+    lens = plain.modules
     own = {
         module: made_by(renderer, display, place)
         for module, renderer in renderers(folder).items()

@@ -233,7 +233,8 @@ def engine(tmp_path_factory):
 
     @functools.cache
     def made(name):
-        own, folder = ENGINES[name], tmp_path_factory.mktemp(name)
+        own = ENGINES[name]
+        folder = tmp_path_factory.mktemp(name)
         engine = Engine(folder, "statue", own, 7)
         given = [f"--{key}={folder / key}.npy" for key in own.textures]
         given.append(f"--radii={own.uniforms.get('radius', R)}")

@@ -19,13 +19,15 @@ from lfssao.verify.bounds.bounds import exact_bounds
 from lfssao.verify.bounds.error_model import ErrorModel
 from lfssao.verify.bounds.kernels import point_bounds
 
-ULP, QUARTER = 2.0**-23, np.float32([0.25])
+ULP = 2.0**-23
+QUARTER = np.float32([0.25])
 SLITS = np.array([1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0.5, 1.5, -0.5, 0, 0])  # a crossed-slits mapping
 
 
 def edge(holds):
     """Up to which number a decision holds."""
-    low, high = 0.0, 2.0**-3
+    low = 0.0
+    high = 2.0**-3
     for _ in range(42):
         middle = (low + high) / 2
         low, high = (middle, high) if holds(middle) else (low, middle)
@@ -52,7 +54,8 @@ def linear_z(model, projection):
 
 def averaged(model, x):
     """Whether a texel of light 1 may be, and is for sure, averaged with one of light 0 that is 1 - x deeper."""
-    light, z = np.array([[1.0, 0]]), np.array([[0, 1 - x]])
+    light = np.array([[1.0, 0]])
+    z = np.array([[0, 1 - x]])
     low, high = sao._averaged((light, light), (z, z), 1.0, model)
     return low[0, 0] < 0.9, high[0, 0] < 0.9
 
@@ -63,7 +66,9 @@ def code(model, light, key=0.25):
 
 def blurred(model):
     """A texel of light 1 beside one of light 0 that weighs half as much, by the distance of their keys."""
-    light, keys, weights = np.array([[1.0, 1, 1, 0]]), np.array([[0.0, 0, 0, 0.05]]), np.array([0, 0, 0, 1.0, 1, 0, 0])
+    light = np.array([[1.0, 1, 1, 0]])
+    keys = np.array([[0.0, 0, 0, 0.05]])
+    weights = np.array([0, 0, 0, 1.0, 1, 0, 0])
     options = Given(packed=False, sharpness=10.0)
     return half(sao._reconstructed((light, light), (keys, keys), weights, options, model))[0, 0]
 
@@ -84,9 +89,13 @@ def by_mesh(model, judge):
 
 
 NOTHING = ErrorModel("", "", False, 0.0, 0.0, 0.0, (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
-EVEN, FLAT, RAMP = (np.full((2, 2), 0.5),) * 2, np.full((2, 2), 0.5, "f4"), np.arange(1, 6, dtype="f4")
-CLIFF, LOW = np.float32([[1, 1, 9, 9]]), np.array([[0, 0, 1, 1]], "f4")
-TIE, TWO_RADII = 10.5 / 65280, {"second": 0.5, "combine": "product"}
+EVEN = (np.full((2, 2), 0.5),) * 2
+FLAT = np.full((2, 2), 0.5, "f4")
+RAMP = np.arange(1, 6, dtype="f4")
+CLIFF = np.float32([[1, 1, 9, 9]])
+LOW = np.array([[0, 0, 1, 1]], "f4")
+TIE = 10.5 / 65280
+TWO_RADII = {"second": 0.5, "combine": "product"}
 PASSES = {
     "blur": (lambda m: width(post.blur_bounds(exact_bounds(2 * FLAT), 1.0, m)),
              dict(operation=39.97, quotient=5.98, constant=4, slope=1.99, smallest=48)),
@@ -161,7 +170,8 @@ def test_24_bits_hold_sums_of_multiples(size, unit, holds):
 
 @pytest.mark.parametrize("name", PASSES)
 def test_passes_hold_the_errors_that_are_counted(name):
-    nothing, unit = NOTHING, 2.0**-16
+    nothing = NOTHING
+    unit = 2.0**-16
     kinds = {kind: replace(nothing, **{kind: unit}) for kind in ("operation", "quotient", "root", "centre", "smallest")}
     kinds["constant"], kinds["slope"] = (replace(nothing, exponential=pair) for pair in ((unit, 0.0), (0.0, unit)))
     assert_counted(PASSES[name], nothing, kinds, unit)
@@ -169,7 +179,8 @@ def test_passes_hold_the_errors_that_are_counted(name):
 
 def test_terms_of_second_order_are_there():
     """Errors of one sixteenth, at which products of two of them count: by powers of 1 + r, as renderers round."""
-    r, n = 2.0**-4, 20
+    r = 2.0**-4
+    n = 20
     coarse = replace(NOTHING, operation=r)
     assert sao.sum_error(n, coarse) >= (1 + r) ** (n + 3) - 1
     white = np.ones((1, 1, 3), "f4")

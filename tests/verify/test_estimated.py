@@ -35,7 +35,8 @@ def view(tmp_path_factory):
         folder = tmp_path_factory.mktemp(name) / "reference"
         manifest = manifest_of(render(folder, "statue", "--estimator", name, *JOBS[name], *layers))
         (entry,) = manifest["views"]
-        case, parts = view_case(folder, manifest, entry), read_exr(folder / entry["file"])
+        case = view_case(folder, manifest, entry)
+        parts = read_exr(folder / entry["file"])
         depth, positions, normals = (np.squeeze(parts[layer].pixels) for layer in ("depth", "positions", "normals"))
         turns = described_turns(case.parameters, {"depth": depth})
         buffers = lfssao.Buffers(described_view(case.parameters), depth, positions, normals, turns)
@@ -47,7 +48,8 @@ def view(tmp_path_factory):
 
 def occlusion(buffers, case, radius=1.0, samples=None, **options):
     """The estimator's occlusion with changes, and noise: of 3e-6 where no interval is known, else of a rounding."""
-    name, tables = case.parameters["estimator"], case.inputs
+    name = case.parameters["estimator"]
+    tables = case.inputs
     points = tables.get("points") if samples is None else samples
     chosen = {**case.parameters["options"], **options}
     made = lfssao.estimate(name, buffers, radius * case.parameters["radii"][0], points, tables.get("weights"), **chosen)

@@ -120,8 +120,10 @@ def points_of(name, samples):
 def offsets_of(name, options, radius, seen, samples, number):
     """World offsets of the samples numbered, one a texel, (H, W, 3), by the formulas without rounding."""
     exact = Renderers(np.random.default_rng(0), 1, scaled(find_model("shader"), 0.0))
-    formulas, texel = formulas_of(name, options, radius, seen, samples), np.arange(number.size)[None, :, None]
-    given, numbers = view_of(name, seen, options, "shader", formulas), lifted(exact, formulas)
+    formulas = formulas_of(name, options, radius, seen, samples)
+    texel = np.arange(number.size)[None, :, None]
+    given = view_of(name, seen, options, "shader", formulas)
+    numbers = lifted(exact, formulas)
     s = number.reshape(1, -1, 1) % numbers.points.shape[0]
     with exact.compute():
         view = RandomView(exact, given, number.shape, {})
@@ -167,7 +169,9 @@ def drawn_scene(rng, name, options, view, radius, n, turning):
 
 def renderers(rng, name, model, options, radius, seen, samples):
     """Occlusion of renderers, (R, H, W); of two radii that of the union, or the largest."""
-    seed, made, second = rng.integers(2**32), [], options.get("second", 0.0)
+    seed = rng.integers(2**32)
+    made = []
+    second = options.get("second", 0.0)
     for r in (radius, second * radius) if second else (radius,):
         numbers = formulas_of(name, options, r, seen, samples)
         view = view_of(name, seen, options, model, numbers)
@@ -200,7 +204,8 @@ def missed(name, drawn, options):
 
 def weak_counts(name, problems):
     """Numbers outside of too small bounds, of drawn problems that have any; none is outside of the right ones."""
-    counts, choices = [], VARIANTS.get(name, {})
+    counts = []
+    choices = VARIANTS.get(name, {})
     options = st.fixed_dictionaries({key: st.sampled_from(values) for key, values in choices.items()})
 
     @settings(max_examples=problems, phases=[Phase.generate])  # to make one smaller would take minutes
@@ -225,11 +230,14 @@ def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small(name):
 @pytest.mark.parametrize("name", SHADERS)
 def test_no_renderer_of_a_published_shader_leaves_its_bounds(name):
     """Their points are rebuilt from depth, or their samples fixed in number: on rays through a scene."""
-    mesh, model, noticed = builtin_scene("corner"), find_model("shader"), 0
+    mesh = builtin_scene("corner")
+    model = find_model("shader")
+    noticed = 0
     view = Camera.looking_at(mesh.bounds).view(16, 12)
     gbuffer = RayCaster(mesh, view.cast_from_world).gbuffer(view, normals="geometric")
     for seed in range(20):
-        rng, radius = np.random.default_rng(seed), (0.4, 1.5)[seed % 2]
+        rng = np.random.default_rng(seed)
+        radius = (0.4, 1.5)[seed % 2]
         chosen = {key: rng.choice(values) for key, values in SHADERS[name].items()}
         options = full_parameters(find_estimator(name), {key: value.item() for key, value in chosen.items()})
         turns = rng.uniform(-0.7, 0.7, size=(3, view.height, view.width))
@@ -255,9 +263,11 @@ def test_no_renderer_of_a_published_shader_leaves_its_bounds(name):
 def test_with_the_error_of_angles_left_out_some_renderer_leaves_the_bounds(name):
     """Turns are off by nine tenths of it, so that samples next to a texel's edge may come back to it."""
     view = module_views(builtin_scene("statue"), find_display("sample-a").with_resolution(4, 3), range(4, 5))[0]
-    model, refused = find_model("shader"), 0
+    model = find_model("shader")
+    refused = 0
     for seed in range(12):
-        rng, options = np.random.default_rng(seed), ESTIMATORS[name].parameters
+        rng = np.random.default_rng(seed)
+        options = ESTIMATORS[name].parameters
         seen, samples = drawn_scene(rng, name, options, view, 1.0, 3, True)
         c, s = seen.turns + rng.choice([-0.9, 0.9]) * model.angle * np.stack([-seen.turns[1], seen.turns[0]])
         seen = replace(seen, turns=np.stack([c, s]).astype(np.float32))

@@ -55,10 +55,12 @@ LOOK_UPS = [(name, {}) for name in NAMES] + [
 @pytest.mark.parametrize("kind", VIEWS)
 @pytest.mark.parametrize(("name", "look_ups"), LOOK_UPS)
 def test_at_texels_the_bits_are_those_of_the_kernels(name, look_ups, kind):
-    view, estimator = VIEWS[kind](), find_estimator(name)
+    view = VIEWS[kind]()
+    estimator = find_estimator(name)
     gbuffer = lfssao.RayCaster(MESH, view.cast_from_world).gbuffer(view, None, "geometric")
     buffers = lfssao.Buffers.of(gbuffer, view).turned("hash" if estimator.turns else "none")
-    given, rows = estimator.default_samples(5), np.arange(buffers.depth.size) // view.width
+    given = estimator.default_samples(5)
+    rows = np.arange(buffers.depth.size) // view.width
     options = estimator.parameters | look_ups | ({"second": 0.5} if "second" in estimator.parameters else {})
     columns = np.arange(buffers.depth.size) % view.width
     problem = Formulated(
@@ -77,7 +79,8 @@ def test_at_texels_the_bits_are_those_of_the_kernels(name, look_ups, kind):
     (look_up.VALUE, None),
 ])  # fmt: skip
 def test_beyond_the_border_a_rule_says_the_texel(rule, mode):
-    size, far = (5, 7), 9
+    size = (5, 7)
+    far = 9
     numbers = np.arange(35).reshape(size)
     filled = np.pad(numbers, far, mode) if mode else np.pad(numbers, far, "constant", constant_values=50)
     look = look_up.Look(rule, outside=50, matrix=np.eye(2, 3))
@@ -89,7 +92,8 @@ def test_beyond_the_border_a_rule_says_the_texel(rule, mode):
 
 # Bugs
 
-WIDTH, HEIGHT = 36, 27
+WIDTH = 36
+HEIGHT = 27
 SIZE = "--resolution", f"{WIDTH}x{HEIGHT}", "--radii", "9%", "--layers", "depth,positions,normals,ao"
 WHERE = {
     "oriented-hemisphere": ("--display", "sample-a", "--modules", "0:1", "--samples", "12"),
@@ -115,9 +119,11 @@ class Job:
     def rendered(cls, folder, scene, *words):
         manifest = manifest_of(render(folder, scene, *SIZE, *words))
         (entry,) = manifest["views"]
-        case, parts = view_case(folder, manifest, entry), read_exr(folder / entry["file"])
+        case = view_case(folder, manifest, entry)
+        parts = read_exr(folder / entry["file"])
         seen = {key: np.squeeze(parts[key].pixels) for key in ("depth", "positions", "normals")}
-        view, turns = described_view(case.parameters), described_turns(case.parameters, seen)
+        view = described_view(case.parameters)
+        turns = described_turns(case.parameters, seen)
         more = {"radius": case.parameters["radii"][0], "viewer_distance": view.viewer_distance().tolist()}
         inputs = {**seen, **case.inputs, "directions": lfssao.Buffers(view, **seen).directions}
         inputs |= {"turns": turns} if turns is not None else {}
@@ -227,7 +233,8 @@ def test_a_linear_filter_is_named_with_its_option(job, tmp_path):
     own = job("oriented-hemisphere")
     seen = {key: own.inputs[key] for key in ("depth", "positions", "normals")}
     buffers = lfssao.Buffers(described_view(own.parameters), **seen, turns=own.inputs.get("turns"))
-    samples, radius = own.inputs["points"], own.parameters["radii"][0]
+    samples = own.inputs["points"]
+    radius = own.parameters["radii"][0]
     wrong = estimate("oriented-hemisphere", buffers, radius, samples, filter="linear").texture
     found = own.compared(wrong, tmp_path).diagnosis
     assert found.fits, found.words("M")
@@ -246,9 +253,11 @@ def test_the_shift_is_told(job, looking, tmp_path, name, shift):
 
 @pytest.mark.parametrize("name", WHERE)
 def test_a_dropped_sample_is_named(job, looking, tmp_path, name):
-    count, kind = len(job(name).inputs.get("points", ())), "sample 2 dropped"
+    count = len(job(name).inputs.get("points", ()))
+    kind = "sample 2 dropped"
     if name == "hbao":
-        count, kind = job(name).parameters["options"]["steps"], "step 3 of each direction dropped"
+        count = job(name).parameters["options"]["steps"]
+        kind = "step 3 of each direction dropped"
     looking(lambda u, v, call: None if call % count == 2 else (u, v))
     assert job(name).named(job(name).solved(), tmp_path) == kind
 
@@ -257,7 +266,8 @@ def written(monkeypatch, name, *changes):
     """Let the text of an estimator of ``tests/reference`` have other words, (before, after) each."""
     function = kit.ESTIMATORS[name]
     whole = getattr(function, "func", function)
-    text, namespace = inspect.getsource(whole), dict(vars(inspect.getmodule(whole)))
+    text = inspect.getsource(whole)
+    namespace = dict(vars(inspect.getmodule(whole)))
     for before, after in changes:
         assert before in text
         text = text.replace(before, after)
@@ -318,7 +328,8 @@ TIES = {
 def test_another_answer_to_ties_is_named_where_bits_count(name, monkeypatch, tmp_path):
     """Points in planes that face the viewer, as surfaces do; an interval of renderers holds both answers."""
     change, kind, option = TIES[name]
-    k, rng = np.arange(8), np.random.default_rng(1)
+    k = np.arange(8)
+    rng = np.random.default_rng(1)
     table = np.stack([np.cos(k), np.sin(k), (k > 3) / 2], axis=-1) * np.linspace(0.3, 0.8, 8)[:, None]
     monkeypatch.setattr(settings_module, "make_samples", lambda *_: table)
     boxes = [box(rng.uniform(0.1, 0.25, 3), rng.uniform(-1, 1, 3) * [0.8, 0.5, 0.4]) for _ in range(20)]

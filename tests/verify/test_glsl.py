@@ -85,7 +85,8 @@ def render_frame(renderer, view, settings, parts):
 
 @pytest.mark.parametrize("job", JOBS)
 def test_the_command_finds_whole_frames_right(context, renderer, tmp_path, job):
-    reference, mine = tmp_path / "reference", tmp_path / "mine"
+    reference = tmp_path / "reference"
+    mine = tmp_path / "mine"
     render(reference, *JOBS[job], "--resolution", "48x36", "--radii", "2%,5%", "--blur", "1.5")
     manifest = manifest_of(reference)
     mine.mkdir()

@@ -48,7 +48,8 @@ FIT = fit_roi(np.array([[-2.0, -2.0, -2.0], [2.0, 2.0, 2.0]]), ROI)
 
 def stages(made):
     """The textures of a view by name, in the order of the passes."""
-    seen, layers = made.gbuffer, {f"ao_{k + 1}": texture for k, texture in enumerate(made.ao)}
+    seen = made.gbuffer
+    layers = {f"ao_{k + 1}": texture for k, texture in enumerate(made.ao)}
     first = {"depth": seen.depth, "positions": seen.positions, "color": seen.color}
     return {**first, **layers, "merged": made.merged, "blurred": made.blurred, "shaded": made.shaded}
 
@@ -129,13 +130,15 @@ def with_ao(scene, layers):
 
 def nearest(depth, u, v):
     """The surface of the texel that an image point lies in; None outside the texture."""
-    row, column = math.floor(v), math.floor(u)
+    row = math.floor(v)
+    column = math.floor(u)
     return depth[row, column] if 0 <= row < len(depth) and 0 <= column < depth.shape[1] else None
 
 
 def own_ao(scene, look_up=nearest):
     """AO by a plain loop in float32 with one line replaced."""
-    projection, depth = scene.view.world_to_image.as_type(np.float32), scene.right["depth"]
+    projection = scene.view.world_to_image.as_type(np.float32)
+    depth = scene.right["depth"]
     layers = []
     for radius in scene.settings.radii:
         offsets = (radius * scene.settings.samples).astype(np.float32)
@@ -172,7 +175,8 @@ def back_faces_only(scene):
 def pinhole_for_two_slits(scene):
     """Both coordinates divided by the distance from the module."""
     m = scene.view.world_to_image.numbers.copy()
-    m_z, z_o = m[12], m[13]
+    m_z = m[12]
+    z_o = m[13]
     m[4:8] *= -m_z / z_o  # so that points on the screen still land where they should, mirrored denominators aside
     m[13] = -m_z
     return remade(scene, mapping=WorldToImage(kinds.CROSSED_SLITS, m))

@@ -62,12 +62,15 @@ def worked_lines(kit, j, i, s):
     """The numbers of the text's worked example, by the reference: a sample of a texel, and the texel's occlusion."""
     stage, parameters, inputs, _ = reference.read_case(kit / "cases" / "algorithm2_crossed_slits")
     kind, m = reference.mapping_of(parameters)
-    point, offset = inputs["positions"][j, i], mapping.offsets(parameters["radius"], inputs["samples"])[s]
-    affine, linear = mapping.affine_rows(kind, m, point), mapping.linear_rows(kind, m, offset)
+    point = inputs["positions"][j, i]
+    offset = mapping.offsets(parameters["radius"], inputs["samples"])[s]
+    affine = mapping.affine_rows(kind, m, point)
+    linear = mapping.linear_rows(kind, m, offset)
     a, b, c = sums = [x + y for x, y in zip(affine, linear, strict=True)]
     m_z, z_o, u_0, v_0 = m[12:]
     u, v, z, _ = mapping.to_image(kind, m, sums)
-    row, column = int(v), int(u)
+    row = int(v)
+    column = int(u)
     made = reference.solve(stage, parameters, inputs)["occlusion"][j, i]
     yield f"(x, y, z) = positions[{j}, {i}] = ({', '.join(map(str, point))})"
     yield f"(ox, oy, oz) = offset[{s}] = ({', '.join(map(str, offset))})"
@@ -130,7 +133,9 @@ def test_a_case_is_small_and_its_outputs_lie_within_their_bounds(kit, name):
     cancels = "vo-area" in str(case.parameters.get("estimator")) and case.parameters["mapping"]["kind"] == "matrix"
     assert bool(case.bounds) == (case.stage in BOUNDED and not cancels)
     for output, bounds in case.bounds.items():
-        lower, upper, made = bounds.lower, bounds.upper, case.outputs[output]
+        lower = bounds.lower
+        upper = bounds.upper
+        made = case.outputs[output]
         assert lower.dtype == upper.dtype == made.dtype
         assert ((lower <= made) & (made <= upper)).all()
         assert np.isfinite(lower).all()
@@ -170,7 +175,8 @@ def test_cases_of_borders_have_points_on_both_sides(name, statuses):
 def test_an_infinite_far_plane_is_null_and_depths_of_it_stand_for_no_distance():
     case = make_case("passes_sao_infinite_far_plane")
     assert case.parameters["view"]["lens"][5] is None
-    depth, occlusion = case.inputs["depth"], case.outputs["occlusion"]
+    depth = case.inputs["depth"]
+    occlusion = case.outputs["occlusion"]
     assert (depth[np.isfinite(depth)] >= 1).sum() > 10
     assert not occlusion[depth >= 1].any()
     assert len(np.unique(occlusion[depth < 1])) > 20
@@ -178,7 +184,8 @@ def test_an_infinite_far_plane_is_null_and_depths_of_it_stand_for_no_distance():
 
 def test_samples_of_the_case_ties_lie_on_borders_and_at_the_surfaces_depth():
     case = make_case("ties")
-    table, depth = case.outputs["offsets"], case.inputs["depth"]
+    table = case.outputs["offsets"]
+    depth = case.inputs["depth"]
     height, width = depth.shape
     on_border = ties = 0
     for place in case.inputs["positions"].reshape(-1, 3):

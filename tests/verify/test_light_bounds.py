@@ -18,7 +18,8 @@ from lfssao.verify.bounds.post import shade_bounds
 from lfssao.verify.bounds.stored import TextureFormat
 from lfssao.verify.verdict import Verdict
 
-SHAPE, RENDERERS = (3, 5), 64
+SHAPE = (3, 5)
+RENDERERS = 64
 NOTHING = -np.inf, np.inf
 
 
@@ -30,11 +31,13 @@ def problems(draw):
     normals = oracle.unit(rng.normal(size=(*SHAPE, 3)))
     towards = oracle.unit(np.array(direction))
     normals[0] = oracle.unit(np.cross(normals[0], towards)) + towards * rng.normal(size=(SHAPE[1], 1)) * 1e-6
-    rgb, occlusion = rng.random((*SHAPE, 3)), rng.random(SHAPE)
+    rgb = rng.random((*SHAPE, 3))
+    occlusion = rng.random(SHAPE)
     rgb[1], normals[1, ::2] = rgb[1] * rng.choice([-1.0, 1e-3, 0.0], (SHAPE[1], 1)), 0.0
     occlusion[2] = rng.choice([0.0, 1.0], SHAPE[1])
     ambient = draw(st.sampled_from([0.0, 1.0, 0.3, 0.5, 0.999, 1e-4]))
-    place, model = draw(st.sampled_from(["ambient", "all"])), draw(st.sampled_from(["shader", "shader", "nearest"]))
+    place = draw(st.sampled_from(["ambient", "all"]))
+    model = draw(st.sampled_from(["shader", "shader", "nearest"]))
     textures = [each.astype(np.float32) for each in (rgb, occlusion, normals)]
     return rng, textures, lfssao.Light(direction, ambient, place), model
 
@@ -45,12 +48,15 @@ def test_no_renderer_leaves_the_intervals(problem, half):
     """Each normalises normals again, or not; those of half floats it reads, or has as they were before."""
     rng, (rgb, occlusion, normals), light, name = problem
     normals[2] *= np.float32(1 if half else rng.choice([0.5, 1.5]))
-    ar, model = oracle.arithmetic(name, rng, RENDERERS), MODELS[name]
-    allowed, made = exact_bounds(normals), ar.full(normals)
+    ar = oracle.arithmetic(name, rng, RENDERERS)
+    model = MODELS[name]
+    allowed = exact_bounds(normals)
+    made = ar.full(normals)
     if half:
         read = normals.astype(np.float16).astype(np.float32)
         unknown = Bounds(*(np.full_like(normals, end) for end in NOTHING))
-        allowed, made = TextureFormat("half").before_or_after(unknown, model, read), ar.choose(ar.lot(0.5), read, made)
+        allowed = TextureFormat("half").before_or_after(unknown, model, read)
+        made = ar.choose(ar.lot(0.5), read, made)
     found = shade_bounds(rgb, exact_bounds(occlusion), model, allowed, light)
     shaded = rr.lit(ar, rgb, occlusion, made, light.direction, light.ambient, light.occlude == "all")
     oracle.assert_inside(shaded, found, "shaded")
@@ -97,7 +103,8 @@ def textures_of(folder):
 
 def turned(direction, degrees):
     x, y, z = direction
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    c = np.cos(np.radians(degrees))
+    s = np.sin(np.radians(degrees))
     return c * x + s * z, y, c * z - s * x
 
 

@@ -29,7 +29,8 @@ from lfssao.verify.compare.source import Reference
 from lfssao.verify.judge import stage_inputs
 from lfssao.verify.verdict import Verdict
 
-WIDTH, HEIGHT = 96, 72
+WIDTH = 96
+HEIGHT = 72
 PLANES = {"engine's": (0.1, 50.0), "near": (2.0, 20.0)}
 RADIUS = 0.3
 
@@ -55,7 +56,8 @@ class Frame:
 
     def positions(self, factor=1.0):
         """World positions of the casts themselves, rounded once, with distances times a factor."""
-        back, z = self.view.world_from_cast, np.where(self.surface, factor * self.z, 0)[..., None]
+        back = self.view.world_from_cast
+        z = np.where(self.surface, factor * self.z, 0)[..., None]
         points = (self.rays * z) @ back[:, :3].T + back[:, 3]
         return np.where(self.surface[..., None], points, np.inf).astype(np.float32)
 
@@ -181,8 +183,10 @@ def test_half_distances_are_those_of_the_numbers_given(frame, tmp_path):
 def test_a_linear_view_casts_distances_and_has_an_inverse(projection):
     mesh = lfssao.find_scene("statue")
     view = Camera.looking_at(mesh.bounds, projection).view(40, 30)
-    linear, caster = linear_view(view), lfssao.RayCaster(mesh, view.cast_from_world)
-    seen, usual = caster.gbuffer(linear), caster.gbuffer(view)
+    linear = linear_view(view)
+    caster = lfssao.RayCaster(mesh, view.cast_from_world)
+    seen = caster.gbuffer(linear)
+    usual = caster.gbuffer(view)
     there = np.isfinite(usual.depth)
     assert seen.positions.tobytes() == usual.positions.tobytes()
     z = (usual.positions[there] @ view.cast_from_world[2, :3]) + view.cast_from_world[2, 3]
@@ -198,9 +202,11 @@ def test_a_linear_view_casts_distances_and_has_an_inverse(projection):
 
 def drawn_view(rng, near=0.05, far=60.0):
     """A perspective camera whose surfaces are many near planes away; at the origin samples round less."""
-    eye, target = rng.uniform(2, 6, 3) * rng.choice([-1, 1], 3), (0.0, 0.1, 0.2)
+    eye = rng.uniform(2, 6, 3) * rng.choice([-1, 1], 3)
+    target = (0.0, 0.1, 0.2)
     if rng.random() < 0.5:
-        eye, target = np.zeros(3), (0.0, 0.0, -4.0)
+        eye = np.zeros(3)
+        target = (0.0, 0.0, -4.0)
     extent = rng.uniform(0.5, 4)
     return Camera("perspective", tuple(eye), target, (0.0, 1.0, 0.0), extent, near, far).view(4, 3)
 
@@ -233,8 +239,10 @@ def next_to_decisions(rng, view, n, radius, placed):
 def hidden_points(ar, given, samples, radius, back=None):
     """Shares of hidden samples by renderers that compare distances, or -1 / distance, (R, H, W)."""
     (kind, m), own = rr.mapping_of(given), rs.linear_z(ar, given)
-    there, image = np.isfinite(given.depth), ar.divide(-1.0, own)
-    point, turn = rr.spread(ar, given.positions), None if given.turns is None else rr.turn_of(ar, given.turns)
+    there = np.isfinite(given.depth)
+    image = ar.divide(-1.0, own)
+    point = rr.spread(ar, given.positions)
+    turn = None if given.turns is None else rr.turn_of(ar, given.turns)
     if back is not None:
         v, u = np.mgrid[: there.shape[0], : there.shape[1]] + 0.5
         rows = [ar.total(rr.single(back[4 * k : 4 * k + 4]), [u, v, np.where(there, image, -1), 1.0]) for k in range(4)]
@@ -256,7 +264,9 @@ def test_no_renderer_that_compares_distances_leaves_its_bounds(name, model):
     differing = undecided = 0
     for seed in range(25):
         rng = np.random.default_rng(seed)
-        view, radius, n = drawn_view(rng), float(rng.choice([0.01, 0.3, 1.0])), int(rng.choice([1, 3, 12, 33]))
+        view = drawn_view(rng)
+        radius = float(rng.choice([0.01, 0.3, 1.0]))
+        n = int(rng.choice([1, 3, 12, 33]))
         given, samples = next_to_decisions(rng, view, n, radius, name == "point")
         back = np.ravel(given.view.screen_to_world) if name == "lf" else None
         if name == "lf":
@@ -275,12 +285,14 @@ def test_no_renderer_that_compares_distances_leaves_its_bounds(name, model):
 
 @pytest.mark.parametrize("model", ["shader", "nearest"])
 def test_distances_and_image_z_that_renderers_make_are_within_their_errors_and_near_them(model):
-    rng, limits = np.random.default_rng(1), find_model(model)
+    rng = np.random.default_rng(1)
+    limits = find_model(model)
     view = Camera("perspective", (0, 0, 0), (0, 0, -4), (0, 1, 0), 1, 0.05, 60.0).view(40, 30)
     window = 60 / (60 - 0.05) * (1 - 0.05 / rng.uniform(0.1, 50, (30, 40)))
     shown = Buffers(view, np.zeros((30, 40), "f4"), np.zeros((30, 40, 3), "f4"))
     vars(shown)["depth"] = window
-    given, ar = oracle.in_distances(shown), oracle.arithmetic(model, rng, 40)
+    given = oracle.in_distances(shown)
+    ar = oracle.arithmetic(model, rng, 40)
     own = rs.linear_z(ar, given)
     image, (depth, room) = ar.divide(-1.0, own), image_depth(given.view, given.depth, limits)
     for made, right, error in ((own, given.depth, distance_error(limits)), (image, depth, room)):
@@ -301,7 +313,9 @@ def test_no_renderer_of_sao_that_reads_distances_leaves_its_bounds(model):
     angle = find_model(model).angle
     for seed in range(25):
         rng = np.random.default_rng(seed)
-        view, n, shape = drawn_view(rng), int(rng.choice([3, 5, 14])), (3, 4)
+        view = drawn_view(rng)
+        n = int(rng.choice([3, 5, 14]))
+        shape = (3, 4)
         rays = texel_rays(view, np.dtype(np.float32))
         options = {name: values[rng.integers(len(values))] for name, values in SAO.items()}
         texel = min(abs(rays.numbers[k + 4]) * 4.0 * rays.units[k // 5] for k in (0, 5))
@@ -368,7 +382,8 @@ def test_a_renderers_own_distances_are_a_stage_of_a_reference_of_window_depth(fr
 
 
 def test_right_positions_fit_distances_that_window_depth_made_worse(tmp_path):
-    frame, mine = Frame(*PLANES["engine's"], away=5.0), tmp_path / "mine"
+    frame = Frame(*PLANES["engine's"], away=5.0)
+    mine = tmp_path / "mine"
     assert main(["ao", *frame.write(tmp_path / "given", "window"), "-o", str(tmp_path / "right")]) == 0
     mine.mkdir()
     np.save(mine / "frame_depth.npy", own_distances(frame.depth("window"), frame.planes))
@@ -380,9 +395,11 @@ def test_right_positions_fit_distances_that_window_depth_made_worse(tmp_path):
 
 def test_own_distances_and_positions_are_judged_by_the_mesh(tmp_path):
     folder = render(tmp_path / "right", "statue", "--camera", "--resolution", "48x36", "--radii", "0.3", "--blur", "0")
-    parts, reference = read_exr(folder / "camera.exr"), Reference.open(folder)
+    parts = read_exr(folder / "camera.exr")
+    reference = Reference.open(folder)
     near, far = reference.described("camera").parameters["view"]["lens"][4:6]
-    window, mine = parts["depth"].pixels[..., 0], tmp_path / "mine"
+    window = parts["depth"].pixels[..., 0]
+    mine = tmp_path / "mine"
     mine.mkdir()
     own = own_distances(np.where(np.isfinite(window), window, np.float32(1)), (near, far))
     positions = parts["positions"].pixels

@@ -65,7 +65,9 @@ def neighbours(level, rows, columns):
 def level_occlusion(by, level, place, normal, options, radius):
     """Occlusion of a level of each renderer, a Number of its texels that show a surface."""
     rows, columns = np.nonzero(level >= 0)
-    here, reach, terms = level[rows, columns], options["kernel"], []
+    here = level[rows, columns]
+    reach = options["kernel"]
+    terms = []
     far = by.number(single(radius), None)
     squared = by.choose(by.number(single(float(np.float32(radius)) ** 2), None), far * far)
     squared = by.choose(by.number(single(radius * radius), None), squared)
@@ -82,12 +84,15 @@ def level_occlusion(by, level, place, normal, options, radius):
 def carried(by, level, coarse, place, normal, radius, values):
     """Two numbers that four coarse texels carry to each texel, from those of the coarse level."""
     rows, columns = np.nonzero(level >= 0)
-    here, weights, found = level[rows, columns], [], [[], []]
+    here = level[rows, columns]
+    weights = []
+    found = [[], []]
     numbers = np.cumsum(coarse.ravel() >= 0).reshape(coarse.shape) - 1
     for k in range(4):
         row = rows // 2 + (k // 2) * (2 * (rows % 2) - 1)
         column = columns // 2 + (k % 2) * (2 * (columns % 2) - 1)
-        other, number = neighbours(coarse, row, column), neighbours(numbers, row, column)
+        other = neighbours(coarse, row, column)
+        number = neighbours(numbers, row, column)
         near = (3 - 2 * (k // 2)) * (3 - 2 * (k % 2))
         w = kernels.upsampling_weight(place(other) - place(here), normal(here), normal(other), by.number(radius, None))
         there = (other >= 0)[None, :, None]
@@ -106,8 +111,10 @@ def carried(by, level, coarse, place, normal, radius, values):
 
 def renderers(seed, model, seen, radius, options):
     """Occlusion of renderers of a model, (R, H, W)."""
-    by, levels = Renderers(np.random.default_rng(seed), RENDERERS, model), level_pyramid(seen.depth, options["levels"])
-    place, normal = Textures(by, seen.positions), Textures(by, seen.normals)
+    by = Renderers(np.random.default_rng(seed), RENDERERS, model)
+    levels = level_pyramid(seen.depth, options["levels"])
+    place = Textures(by, seen.positions)
+    normal = Textures(by, seen.normals)
     made = np.zeros((RENDERERS, *seen.depth.shape))
     with by.compute():
         values = ()
@@ -118,7 +125,8 @@ def renderers(seed, model, seen, radius, options):
                 values = Number(by, np.maximum(own.x, most.x)), own + mean
             else:
                 values = own, own
-        most, mean = values[0], by.off(values[1].x / options["levels"], model.quotient)
+        most = values[0]
+        mean = by.off(values[1].x / options["levels"], model.quotient)
         both = by.choose(1 - (1 - most) * (1 - mean), most + mean * (1 - most))
         chosen = {"maximum": most, "average": mean, "both": both}[options["combine"]]
     made[:, seen.depth < np.inf] = np.clip(chosen.x[..., 0], 0, 1)
@@ -137,7 +145,8 @@ def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small():
     @given(st.integers(0, 2**32), st.sampled_from(["shader", "nearest"]), chosen)
     def check(seed, name, options):
         seen, radius = drawn_scene(np.random.default_rng(seed))
-        options, model = {**ESTIMATORS[NAME].parameters, **options}, find_model(name)
+        options = {**ESTIMATORS[NAME].parameters, **options}
+        model = find_model(name)
         found, weak = (point_bounds(NAME, seen, radius, None, None, options, m) for m in (model, scaled(model, 0.25)))
         assert not found.outside(estimate(NAME, seen, radius, None, None, **options).texture).any()
         made = renderers(seed, model, seen, radius, options)
@@ -154,7 +163,8 @@ def test_a_tenth_less_and_another_kernel_lie_outside():
     while seen.depth.size < 40:
         seen, radius = drawn_scene(rng)
     options = ESTIMATORS[NAME].parameters
-    found, made = point_bounds(NAME, seen, radius, None, None, options), estimate(NAME, seen, radius, None, None)
+    found = point_bounds(NAME, seen, radius, None, None, options)
+    made = estimate(NAME, seen, radius, None, None)
     shown = made.texture > 0.01
     assert shown.sum() > 5
     assert found.outside(made.texture * np.float32(0.9))[shown].all()

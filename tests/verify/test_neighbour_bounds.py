@@ -38,7 +38,8 @@ DISPLAYS = "sample-a", "sample-a-conical", "convex", "picoarray"
 def drawn_views(rng):
     """A view and up to four others: modules of a display, or cameras, side by side."""
     width, height = [(4, 3), (5, 3), (7, 5), (8, 6)][rng.integers(4)]
-    count, name = int(rng.integers(1, 6)), str(rng.choice([*DISPLAYS, "perspective", "orthographic"]))
+    count = int(rng.integers(1, 6))
+    name = str(rng.choice([*DISPLAYS, "perspective", "orthographic"]))
     if name not in DISPLAYS:
         eyes = [(0.05 * k, 0.0, 5.0) for k in range(count)]
         return [Camera(name, eye, (0, 0, 0), (0, 1, 0), 3.0, 1.0, 20.0).view(width, height) for eye in eyes]
@@ -50,8 +51,11 @@ def drawn_views(rng):
 
 def drawn_problem(rng):
     """Buffers, samples and radius; one of the textures has the decisions that rounding may turn."""
-    views, n, radius = drawn_views(rng), int(rng.choice([1, 3, 7, 20])), float(rng.choice([0.01, 0.3, 1.0]))
-    shape, critical = (views[0].height, views[0].width), int(rng.integers(len(views)))
+    views = drawn_views(rng)
+    n = int(rng.choice([1, 3, 7, 20]))
+    radius = float(rng.choice([0.01, 0.3, 1.0]))
+    shape = (views[0].height, views[0].width)
+    critical = int(rng.integers(len(views)))
     levels = rng.uniform(0.3, 0.7, 4) if views[0].screen_to_world is not None else rng.uniform(-0.2, 0.2, 4)
     made = oracle.critical_scene(rng, views[critical], n, radius, lambda samples, number: samples[number], levels)
     depth, positions, samples = made
@@ -89,7 +93,8 @@ def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small():
     @settings(max_examples=PROBLEMS, phases=[Phase.generate], derandomize=True, deadline=None)
     @given(st.integers(0, 2**32), st.sampled_from(["shader", "nearest"]))
     def check(seed, name):
-        rng, model = np.random.default_rng(seed), find_model(name)
+        rng = np.random.default_rng(seed)
+        model = find_model(name)
         seen, samples, radius = drawn_problem(rng)
         found, weak = (point_bounds(NAME, seen, radius, samples, None, {}, m) for m in (model, scaled(model, 0.25)))
         assert not found.outside(estimate(NAME, seen, radius, samples).texture).any()

@@ -19,7 +19,8 @@ from lfssao.verify.case import described_turns, described_view
 from lfssao.verify.compare.view_case import view_case
 from lfssao.verify.verdict import Verdict
 
-WIDTH, HEIGHT = 48, 36
+WIDTH = 48
+HEIGHT = 36
 VIEWS = {
     "flat": ("--display", "sample-a", "--modules", "6:7"),
     "conical": ("--display", "sample-a-conical", "--modules", "6:7"),
@@ -112,7 +113,8 @@ def job_of(tmp_path_factory):
             words += ["--parameter", "=".join(map(str, option))]
         manifest = manifest_of(render(folder, *words))
         (entry,) = manifest["views"]
-        case, parts = view_case(folder, manifest, entry), read_exr(folder / entry["file"])
+        case = view_case(folder, manifest, entry)
+        parts = read_exr(folder / entry["file"])
         textures = {name: np.squeeze(part.pixels) for name, part in parts.items()}
         seen = {name: textures[name] for name in ("depth", "positions", "normals")}
         buffers = lfssao.Buffers(described_view(case.parameters), **seen, turns=described_turns(case.parameters, seen))
@@ -163,7 +165,9 @@ NEAR = (0.6, 0.9), (1.1, 1.6)
 
 def of_any(job, rng):
     """Changes of every estimator: name, values, texture."""
-    strength, power, radius = between(rng, (0.4, 0.95)), between(rng, (1.3, 2.5)), between(rng, *NEAR)
+    strength = between(rng, (0.4, 0.95))
+    power = between(rng, (1.3, 2.5))
+    radius = between(rng, *NEAR)
     own = rounded_anew(job, job.right, rng).astype(np.float64)
     yield "strength", (strength,), strength * own
     yield "power", (power,), own**power
@@ -200,11 +204,15 @@ def of_turns(job, rng, make):
 
 def of_light_fields(job, rng):
     """Algorithms 1 and 2, by a renderer that shares nothing with the reference."""
-    r, n = job.renderer, len(job.points)
+    r = job.renderer
+    n = len(job.points)
     size = float(np.ptp(job.buffers.depth[np.isfinite(job.buffers.depth)]))
-    shift, two = between(rng, (0.2, 1.7), (-1.7, -0.2)), [between(rng, (0.2, 1.7), (-1.7, -0.2)) for _ in range(2)]
-    bias, angle = between(rng, (0.004, 0.03), (-0.03, -0.004)) * size, between(rng, (20.0, 340.0))
-    k, divisor = int(rng.integers(n)), int(rng.choice([n - 2, n - 1, n + 1, n + 3]))
+    shift = between(rng, (0.2, 1.7), (-1.7, -0.2))
+    two = [between(rng, (0.2, 1.7), (-1.7, -0.2)) for _ in range(2)]
+    bias = between(rng, (0.004, 0.03), (-0.03, -0.004)) * size
+    angle = between(rng, (20.0, 340.0))
+    k = int(rng.integers(n))
+    divisor = int(rng.choice([n - 2, n - 1, n + 1, n + 3]))
     yield "shift of u", (shift,), r.ao(1, image=moved(shift))
     yield "shift of v", (shift,), r.ao(1, image=moved(0, shift))
     yield "shift of u and v", two, r.ao(1, image=moved(*two))
@@ -233,7 +241,8 @@ def of_points(job, rng):
 def of_options(job, rng):
     """Options of an estimator with another number or choice, and its normals, turns and samples."""
     estimator = find_estimator(job.estimator)
-    limits, choices = estimator.said("limits"), estimator.said("choices")
+    limits = estimator.said("limits")
+    choices = estimator.said("choices")
 
     def made(**changes):
         return rounded_anew(job, job.made(**changes), rng)
@@ -296,7 +305,8 @@ def moved_by(rng):
 def about(axis, degrees):
     """Rotation by so many degrees about an axis, (3, 3)."""
     made, (a, b) = np.eye(3), np.delete(np.arange(3), axis)
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    c = np.cos(np.radians(degrees))
+    s = np.sin(np.radians(degrees))
     made[[a, a, b, b], [a, b, a, b]] = c, -s, s, c
     return made
 
@@ -431,7 +441,8 @@ def test_no_cause_is_told_where_there_is_none(estimator, job_of, tmp_path):
 
 @pytest.mark.parametrize("estimator", [name for name in TRIED if name != "sao-equation-1"])  # some of it stays inside
 def test_one_change_gets_its_own_name(estimator, job_of, tmp_path):
-    false, silent = [], []
+    false = []
+    silent = []
     for view in views_of(estimator):
         job = job_of(estimator, view)
         textures = drawn(job, explained(job, generator(estimator, view, "explained")))
@@ -450,7 +461,8 @@ def test_one_change_gets_its_own_name(estimator, job_of, tmp_path):
 
 def with_wrong(job, make, number):
     """The texture of a size, found by halving, that differs from the reference at as many texels."""
-    low, high = 1e-7, 1.0
+    low = 1e-7
+    high = 1.0
     for _ in range(40):
         size = (low * high) ** 0.5
         texture = np.where(np.isfinite(job.buffers.depth), make(size), 0).astype(np.float32)
@@ -474,7 +486,8 @@ def test_four_texels_that_no_change_makes_wrong_have_no_cause(job_of, tmp_path):
     """Noise on positions, and samples that are sheared."""
     job = job_of("lf", "flat")
     rng = generator("four")
-    noise, shear = rng.normal(size=job.renderer.positions.shape), rng.normal(size=(3, 3))
+    noise = rng.normal(size=job.renderer.positions.shape)
+    shear = rng.normal(size=(3, 3))
     wrong = (
         lambda size: job.renderer.ao(1, positions=job.renderer.positions + np.float32(size * noise)),
         lambda size: job.renderer.ao(1, samples=job.renderer.samples @ (np.eye(3) + size * shear)),

@@ -13,7 +13,8 @@ NAME = "oriented-hemisphere"
 def test_few_points_are_undecided_and_what_is_wrong_falls_outside(seen):
     points = make_samples("latin", 64, r_min=0.0)
     for still, radius in seen:
-        shown, there = still.turned("hash"), still.depth < np.inf
+        shown = still.turned("hash")
+        there = still.depth < np.inf
         for options in ({}, {"range_check": "none", "background": "occludes"}):
             found = point_bounds(NAME, shown, radius, points, None, {**vars(OrientedOptions()), **options})
             undecided = found.undecided[there]

@@ -244,7 +244,8 @@ def test_a_display_of_wrong_modules_is_less_than_20_mb(tmp_path, monkeypatch, re
     """Occlusion as of eight samples, in a tenth of which it is wrong."""
     for name, most in limits.items():
         monkeypatch.setattr(textures, name, most)
-    random, page = np.random.default_rng(7), textures.Textures(exact=False)
+    random = np.random.default_rng(7)
+    page = textures.Textures(exact=False)
     blocks = random.integers(0, 9, (2, 150, 250)) / 8
     blocks[1] = np.where(random.random(blocks[1].shape) < 0.1, blocks[1], blocks[0])
     right, own = np.kron(blocks, np.ones((4, 4))).astype(np.float32)

@@ -15,7 +15,8 @@ from lfssao.ao.estimators.registry import ESTIMATORS, estimate
 from lfssao.cli.main import main
 from lfssao.verify.verdict import Verdict
 
-NAME, RADIUS = "crytek-sphere", 0.2
+NAME = "crytek-sphere"
+RADIUS = 0.2
 
 
 @pytest.fixture(autouse=True)
@@ -34,10 +35,13 @@ def seen():
 
 def test_its_bits_are_those_of_the_formula(seen):
     """In float64, written once more for a camera, texel by texel."""
-    points, view = make_samples("latin", 8), seen.view
-    m, axis = view.world_to_image.numbers.reshape(4, 4), view.cast_from_world[2]
+    points = make_samples("latin", 8)
+    view = seen.view
+    m = view.world_to_image.numbers.reshape(4, 4)
+    axis = view.cast_from_world[2]
     made = estimate(NAME, seen, RADIUS, points).texture
-    reach, total = RADIUS * np.linalg.norm(axis[:3]), np.zeros(made.shape)
+    reach = RADIUS * np.linalg.norm(axis[:3])
+    total = np.zeros(made.shape)
     there = np.isfinite(seen.depth)[..., None]
     cast = np.append(np.where(there, seen.positions, 0), np.ones((*made.shape, 1)), axis=2) @ axis
     cast = np.where(there[..., 0], cast, np.inf)
@@ -45,7 +49,8 @@ def test_its_bits_are_those_of_the_formula(seen):
         c, s = seen.turns[:, j, i].astype(float)
         place = seen.positions[j, i] + RADIUS * np.array([x * c - y * s, x * s + y * c, z])
         u, v, _, q = m @ np.append(place, 1)
-        column, row = int(u // q), int(v // q)
+        column = int(u // q)
+        row = int(v // q)
         if 0 <= column < 32 and 0 <= row < 24 and cast[row, column] < axis @ np.append(place, 1):
             part = min(1.0, reach / max(abs(cast[j, i] - cast[row, column]), 1e-30))
             total[j, i] += part * part * (3 - 2 * part) / len(points)
@@ -55,7 +60,8 @@ def test_its_bits_are_those_of_the_formula(seen):
 
 
 def test_renderers_stay_inside_its_intervals_and_leave_those_of_too_small_errors():
-    rng, display = np.random.default_rng(0), lfssao.find_display("sample-a").with_resolution(4, 3)
+    rng = np.random.default_rng(0)
+    display = lfssao.find_display("sample-a").with_resolution(4, 3)
     view = lfssao.module_views(builtin_scene("statue"), display, range(4, 5))[0]
     found = [missed(NAME, (view, rng, "shader", 1.0, 3, True), {"reach": 1.0}) for _ in range(12)]
     assert not sum(right for right, _ in found)
@@ -66,7 +72,8 @@ def test_it_is_listed_rendered_compared_and_named(tmp_path, capsys):
     assert main(["estimators", NAME]) == 0
     assert "reach=1.0" in capsys.readouterr().out
     job = "--estimator", NAME, "--camera", "--resolution", "64x48", "--radii", "6%", "--layers", "depth,positions,ao"
-    reference, other = render(tmp_path / "a", "statue", *job), render(tmp_path / "b", "statue", *job)
+    reference = render(tmp_path / "a", "statue", *job)
+    other = render(tmp_path / "b", "statue", *job)
     assert {each.verdict for each in lfssao.compare(other, reference).results} == {Verdict.EQUAL_BITS}
     mine = render(tmp_path / "c", "statue", *job, "--parameter", "reach=0.25")
     (wrong,) = [each for each in lfssao.compare(mine, reference).results if each.layer == "ao_1"]

@@ -36,9 +36,12 @@ def test_image_points_are_the_references_and_no_wider(data):
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
     places = rng.uniform(-3, 3, (6, 3))
     off = rng.choice([0.0, 1e-6, 0.1], (6, 3))
-    kind, m = view.world_to_image.kind, view.world_to_image.as_type(np.float32).numbers.astype(np.float64)
+    kind = view.world_to_image.kind
+    m = view.world_to_image.as_type(np.float32).numbers.astype(np.float64)
     by = MODELS[data.draw(st.sampled_from(["shader", "nearest"]))].errors
-    image, error, sure = np.empty((6, 3)), np.empty((6, 3)), np.empty(6, np.bool_)
+    image = np.empty((6, 3))
+    error = np.empty((6, 3))
+    sure = np.empty(6, np.bool_)
     map_positions(places, off, kind, m, by, image, error, sure)
     for place in range(6):
         pairs = [reference.Pair(x, e, by) for x, e in zip(places[place], off[place], strict=True)]
@@ -90,7 +93,8 @@ def check_wrong_lines(found, seen, buffers, name, radius, points, weights, optio
 def test_bounds_of_areas_are_narrow_on_displays_and_none_on_cameras(seen):
     name, (points, weights) = "vo-area", find_estimator("vo-area").default_samples(5)
     for shown, radius in seen:
-        options, there = ESTIMATORS[name].parameters, shown.depth < np.inf
+        options = ESTIMATORS[name].parameters
+        there = shown.depth < np.inf
         found = point_bounds(name, shown, radius, points, weights, options)
         assert (found is None) == (shown.view.screen_to_world is not None)
         if found:
@@ -98,7 +102,8 @@ def test_bounds_of_areas_are_narrow_on_displays_and_none_on_cameras(seen):
             assert not found.outside(made).any()
             assert np.median((found.upper - found.lower)[there]) < 0.02
             assert found.outside(made * np.float32(0.9))[made > 0.05].mean() > 0.9
-            skewed, others = weights * [1.3, 1, 1, 1, 1], {"randomize": False}
+            skewed = weights * [1.3, 1, 1, 1, 1]
+            others = {"randomize": False}
             for r, w, changes in ((1.05 * radius, weights, {}), (radius, skewed, {}), (radius, weights, others)):
                 made = estimate(name, shown, r, points, w, **{**options, **changes}).texture
                 assert found.outside(made)[there].mean() > 0.05
@@ -107,11 +112,13 @@ def test_bounds_of_areas_are_narrow_on_displays_and_none_on_cameras(seen):
 @pytest.mark.parametrize("name", [name for name in HELD if not name.startswith("vo-area")])
 def test_bounds_are_those_of_the_arguments(name):
     """By a camera, whose axis VO reads; of another axis, or in another model, they would be others."""
-    mesh, rng = builtin_scene("statue"), np.random.default_rng(4)
+    mesh = builtin_scene("statue")
+    rng = np.random.default_rng(4)
     view = Camera.looking_at(mesh.bounds).view(5, 4)
     depth, positions, points = oracle.critical_scene(rng, view, 6, 0.3, lambda samples, number: samples[number])
     normals = oracle.unit(rng.normal(size=positions.shape)).astype(np.float32)
-    options, weights = ESTIMATORS[name].parameters, rng.uniform(0.2, 3, 6)
+    options = ESTIMATORS[name].parameters
+    weights = rng.uniform(0.2, 3, 6)
     points = points[:, :2] / 2 if find_estimator(name).dimensions == 2 else points
     described = {
         "mapping": {"kind": "matrix", "numbers": view.world_to_image.numbers}, "estimator": name, "options": options,
@@ -148,7 +155,8 @@ def test_estimators_that_count_points_have_bounds_if_their_textures_are_given():
 
 def test_remapped_ends_are_those_of_the_fraction_with_one_rounding_of_the_difference():
     seen = scenes.buffers("concave crease", scenes.SIGHTS["perspective"](9, 7), np.float32)
-    model, table = replace(find_model("shader"), operation=2.0**-10), make_samples("latin", 8)
+    model = replace(find_model("shader"), operation=2.0**-10)
+    table = make_samples("latin", 8)
     options = find_estimator("point").parameters
     plain, remapped = (
         point_bounds("point", seen, 0.3, table, None, {**options, "remap": remap}, model) for remap in (False, True)
@@ -163,7 +171,8 @@ def test_remapped_ends_are_those_of_the_fraction_with_one_rounding_of_the_differ
 
 
 def test_the_story_of_a_texel_has_its_image_points_and_terms(seen):
-    points, options = make_samples("latin", 16), find_estimator("point").parameters
+    points = make_samples("latin", 16)
+    options = find_estimator("point").parameters
     for shown, radius in seen:
         model = replace(find_model("shader"), coordinate=0.05)  # some samples are undecided
         found = point_bounds("point", shown, radius, points, None, options, model)

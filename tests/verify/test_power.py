@@ -53,7 +53,8 @@ def found(depth, own, bounds, stored=None, tolerance=Tolerance(), stage=VIEW, ri
 def test_the_factor_is_the_first_that_leaves_an_interval_and_the_width_is_of_surfaces(random, depth, ao, least):
     """Each lower end is ``least`` of the texel's AO or less, one of them is just that."""
     share = np.where(ao == ao.max(), least, random.uniform(0, least, SIZE))
-    lower, upper = (ao * share).astype(np.float32), (ao + random.uniform(0, 1, SIZE)).astype(np.float32)
+    lower = (ao * share).astype(np.float32)
+    upper = (ao + random.uniform(0, 1, SIZE)).astype(np.float32)
     power = found(depth, ao, Bounds(lower, np.where(depth < np.inf, upper, 1e9).astype(np.float32)))
     assert power.factor == next((factor for factor in TRIED if factor < least), None)
     assert power.weak == (least < 0.95)
@@ -103,11 +104,14 @@ def test_ao_times_a_factor_is_shaded_again(random, depth, ao, format):
     """The interval of a white image ends at 1 - 0.97 AO, which is brighter; a step of sRGB is coarser."""
     color = np.where(depth < np.inf, 1.0, 0.0).astype(np.float32)[..., None] * np.ones(3, np.float32)
     lower, upper = ((color * (1 - np.float32(factor) * ao)[..., None]).astype(np.float32) for factor in (1, 0.97))
-    stored, own = None, lower
+    stored = None
+    own = lower
     if format == "srgb8":
         stored = TextureFormat("srgb8")
         ends = stored.bounds(Bounds(lower, upper), MODELS["strict"])
-        lower, upper, own = ends.lower, ends.upper, ends.lower
+        lower = ends.lower
+        upper = ends.upper
+        own = ends.lower
     power = found(depth, own, Bounds(lower, upper), stored, name="shaded", blurred=ao, color=color)
     assert power.factor == 0.95
     assert not power.weak
@@ -123,7 +127,8 @@ def test_a_texture_without_ao_to_speak_of_is_never_inside_weakly(depth):
     """A hundredth of the surface has to have AO of more than 0.05, in mine or in the reference."""
     any_value = Bounds(np.zeros(SIZE, np.float32), np.ones(SIZE, np.float32))
     depth = np.ones_like(depth)  # 117 texels
-    dark, faint = np.zeros(SIZE, np.float32), np.full(SIZE, 0.04, np.float32)
+    dark = np.zeros(SIZE, np.float32)
+    faint = np.full(SIZE, 0.04, np.float32)
     dark[0, :2] = 0.06
     for own, right, weak in ((dark, dark, True), (faint, faint, False), (0 * dark, dark, True), (dark, 0 * dark, True)):
         power = found(depth, own, any_value, right=right)
@@ -153,7 +158,8 @@ def tiny(tmp_path_factory):
 @pytest.fixture(scope="module")
 def weak(tmp_path_factory, tiny):
     """Modules with AO made of noise."""
-    mine, random = tiny, np.random.default_rng(2)
+    mine = tiny
+    random = np.random.default_rng(2)
     for module in ("module_003", "module_004"):
         seen = np.isfinite(single(tiny, module, "depth"))
         noise = np.where(seen, random.integers(0, 7, seen.shape) / 6, 0).astype(np.float32)

@@ -21,7 +21,8 @@ class Line(Problem):
 
     def ends(self):
         made = self.factor * RIGHT[self.columns]
-        low, high = made - self.width, made + self.width
+        low = made - self.width
+        high = made + self.width
         if self.wide is not None:
             low[self.wide], high[self.wide] = -np.inf, np.inf
         return low, high
@@ -76,7 +77,8 @@ def test_what_a_change_makes_wrong_counts_against_it():
 
 def test_other_texels_weigh_less_if_most_texels_are_wrong():
     """Shares of many samples change at nearly all texels: a change that is nearly right makes the others wrong."""
-    number, is_wrong = np.arange(400), np.arange(400) < 200
+    number = np.arange(400)
+    is_wrong = np.arange(400) < 200
     texels = sample(np.where(is_wrong, 1.1 * RIGHT, RIGHT))
     nearly = fixed("nearly", value=lambda x: np.where(number < 100, 1.1, np.where(is_wrong, 1.08, 1.02)) * x)
     nothing = fixed("nothing", factor=1.0)
@@ -86,7 +88,8 @@ def test_other_texels_weigh_less_if_most_texels_are_wrong():
 
 
 def test_a_trial_is_made_once():
-    texels, made = sample(1.1 * RIGHT), []
+    texels = sample(1.1 * RIGHT)
+    made = []
     change = Change("spy", lambda problem, _: made.append(problem) or problem, "spy")
     assert texels.trial(change, ()) is texels.trial(change, ())
     assert len(made) == 1

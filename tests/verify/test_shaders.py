@@ -46,7 +46,11 @@ ESTIMATORS = {"sao": "sao", "hbao": "hbao", "gtao": "gtao", "oriented": "oriente
 
 # The convention of a bug, its change of the shader's text or of what it is handed, and the cause that is named, with
 # its value; None where it is found and no name is asked for.
-SAO, BUFFER, HBAO, GTAO, ORIENTED = "sao", "sao at the nearest texel, normals of a texture", "hbao", "gtao", "oriented"
+SAO = "sao"
+BUFFER = "sao at the nearest texel, normals of a texture"
+HBAO = "hbao"
+GTAO = "gtao"
+ORIENTED = "oriented"
 BUGS = {
     "bias forgotten": (SAO, (r"- beta\)", ")"), "beta 0 in place of 0.01"),
     "projection scale without its 1/2": (SAO, (r"radius \* lens.xy / z", "2.0 * radius * lens.xy / z"),

@@ -47,7 +47,8 @@ def assert_points_inside(points, depth, inputs, errors):
     found = np.empty((u.shape[-1], 9))
     for j, i in np.argwhere(np.isfinite(depth)):
         trace_samples(*inputs, j, i, errors, found)
-        may, must = found[:, 6] > 0, found[:, 7] > 0
+        may = found[:, 6] > 0
+        must = found[:, 7] > 0
         assert not (valid[:, j, i] & ~may).any(), "valid where nothing may be"
         assert not (~valid[:, j, i] & must).any(), "not valid where all must be"
         for name, k, values in (("u", 0, u), ("v", 2, v), ("z", 4, z)):
@@ -66,9 +67,11 @@ def check(drawn, renderers, alter=lambda model: model):
     moved = (lambda samples, number: oracle.turned(samples[number], turns)) if turning else None
     depth, positions, samples = oracle.critical_scene(rng, view, n, radius, moved)
     back = None if positions is not None else view.screen_to_world
-    model, mapping = alter(MODELS[name]), view.world_to_image
+    model = alter(MODELS[name])
+    mapping = view.world_to_image
     ar = oracle.arithmetic(name, rng, renderers)
-    made, allowed = [], []
+    made = []
+    allowed = []
     for r in (radius, 0.7 * radius):
         seen = ssao.with_depth_ends(ssao.checked_view(depth, positions, mapping, r, back, turns), model)
         numbers = None if back is None else back.ravel()
@@ -77,7 +80,8 @@ def check(drawn, renderers, alter=lambda model: model):
         made.append(rr.occlusion(ar, depth, *points))
         allowed.append(ssao.ao_bounds(depth, positions, mapping, samples, r, model, back, turns))
         oracle.assert_inside(made[-1], allowed[-1], "ao")
-    merged, merged_bounds = np.maximum(*made), post.merge_bounds(allowed)
+    merged = np.maximum(*made)
+    merged_bounds = post.merge_bounds(allowed)
     oracle.assert_inside(merged, merged_bounds, "merged")
     table = blur_weights(sigma)
     blurred, light = rr.blur(ar, merged, sigma, len(table) // 2, table)
@@ -117,16 +121,20 @@ def window_depth(planes, z):
 @given(st.sampled_from(PLANES), st.integers(0, 2**32), st.sampled_from(["shader", "nearest"]), st.booleans())
 def test_no_renderer_that_compares_distances_leaves_the_bounds(planes, seed, name, nearby):
     """Distances are made of window depths in float32, of both or of the surface's alone."""
-    view, rng, n = perspective(planes), np.random.default_rng(seed), 7
+    view = perspective(planes)
+    rng = np.random.default_rng(seed)
+    n = 7
     far = np.minimum(planes[1], 9.0)
     levels = window_depth(planes, planes[0] * rng.uniform(1.1, 3, 4) if nearby else rng.uniform(2.1, far, 4))
     depth, positions, samples = oracle.critical_scene(rng, view, n, 0.3, levels=levels)
     back = None if positions is not None else view.screen_to_world
-    mapping, ar = view.world_to_image, oracle.arithmetic(name, rng, RENDERERS)
+    mapping = view.world_to_image
+    ar = oracle.arithmetic(name, rng, RENDERERS)
     given = depth, positions, mapping.kind, mapping.numbers, samples, 0.3, None if back is None else back.ravel()
     points = rr.image_points(ar, *given)
     allowed = ssao.ao_bounds(depth, positions, mapping, samples, 0.3, name, back)
-    here, offsets = rr.texel_points(ar, depth, positions, given[-1]), rr.offsets_of(ar, samples, 0.3)
+    here = rr.texel_points(ar, depth, positions, given[-1])
+    offsets = rr.offsets_of(ar, samples, 0.3)
     eye = rr.row(ar, rr.single(mapping.numbers), 3, here, offsets)
     for way in rr.WAYS:
         oracle.assert_inside(rr.occlusion(ar, depth, *points, way, planes), allowed, way)
@@ -147,11 +155,13 @@ def test_room_for_distances_is_enough_and_not_five_times_what_is_needed(planes, 
     """Renderers' order of two window depths, next to each other, by distances."""
     rng, near, far = np.random.default_rng(0), *planes
     surface = np.float64(np.float32(window_depth(planes, near * (far / near) ** rng.uniform(0, 0.9, 4000))))
-    numbers, by = rr.single(perspective(planes).world_to_image.numbers), MODELS[name].errors
+    numbers = rr.single(perspective(planes).world_to_image.numbers)
+    by = MODELS[name].errors
     room = np.empty(surface.shape)
     rooms(numbers, surface, by, room)
     sample = np.float64(np.float32(surface + room * rng.uniform(-1.2, 1.2, surface.shape)))
-    apart, needed = np.abs(sample - surface) / room, 0.0
+    apart = np.abs(sample - surface) / room
+    needed = 0.0
     for way in rr.WAYS:
         ar = oracle.arithmetic(name, rng, RENDERERS)
         first, second = (rr.distance(ar, way, planes, ar.full(d)) for d in (surface, sample))
@@ -199,7 +209,8 @@ def test_no_ray_off_a_centre_leaves_the_depth_bounds(data):
     faces = rng.integers(0, 60, (40, 3)).astype(np.int32)
     colors = Paint.from_vertex_colors(rng.random((60, 3), np.float32), len(faces))
     caster = RayCaster(Mesh(corners, faces, colors), view.cast_from_world)
-    allowed, allowed_color = depth_bounds(caster, view), color_bounds(caster, view)
+    allowed = depth_bounds(caster, view)
+    allowed_color = color_bounds(caster, view)
     assert not allowed.outside(caster.gbuffer(view).depth).any()
     reach = MODELS["shader"].centre
     for _ in range(4):
@@ -223,16 +234,20 @@ def test_triangles_smaller_than_a_texel_leave_no_depth_out():
 @pytest.mark.parametrize("seed", range(4))
 def test_edges_are_met_off_centres_on_average_no_more_often_than_the_limit_says(seed):
     """Straight edges in every direction: texels whose box of half width c an edge crosses, against the mean's bound."""
-    rng, reach, size = np.random.default_rng(seed), 2.0**-4, 64
+    rng = np.random.default_rng(seed)
+    reach = 2.0**-4
+    size = 64
     model = dataclasses.replace(MODELS["shader"], centre=reach)
     v, u = np.indices((size, size)) + 0.5
     met = limits = 0
     for _ in range(40):
         angle = rng.uniform(0, 2 * np.pi)
-        sine, cosine = np.sin(angle), np.cos(angle)
+        sine = np.sin(angle)
+        cosine = np.cos(angle)
         away = cosine * u + sine * v - (cosine + sine) * size / 2 - rng.uniform(-10, 10)
         depth = np.where(away > 0, np.float32(1), np.float32(2))
         crossed = np.abs(away) <= reach * (abs(cosine) + abs(sine))
-        met, limits = met + np.count_nonzero(crossed), limits + outlier_limit(depth, model)
+        met = met + np.count_nonzero(crossed)
+        limits = limits + outlier_limit(depth, model)
     assert met <= limits < 16 * met
     assert outlier_limit(np.ones((9, 9), np.float32)) == outlier_limit(depth, "strict") == 0

@@ -22,7 +22,8 @@ def folder(tmp_path_factory):
 
 def occlusion(folder, eye, matrix):
     """AO of an eye's textures, its samples mapped by the matrix of an eye."""
-    manifest, parts = manifest_of(folder), lfssao.read_exr(folder / f"{eye}.exr")
+    manifest = manifest_of(folder)
+    parts = lfssao.read_exr(folder / f"{eye}.exr")
     views = {entry["name"]: view_of(entry["name"], entry["view"]) for entry in manifest["views"]}
     view = replace(views[eye], world_to_image=views[matrix].world_to_image)
     buffers = Buffers(view, np.ascontiguousarray(parts["depth"].pixels[..., 0]), parts["positions"].pixels)

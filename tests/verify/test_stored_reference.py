@@ -39,7 +39,8 @@ def test_depth_was_at_most_half_a_step_from_what_is_read_and_may_have_been_as_fa
 def test_the_reference_is_printed_inside_its_interval(format, visibility, model):
     """Ten random values a texture, each with the interval of itself or of up to a thousandth around it."""
     random = np.random.default_rng(11)
-    stored, changed_numbers = TextureFormat(format, visibility), 0
+    stored = TextureFormat(format, visibility)
+    changed_numbers = 0
     for width in np.repeat([0, 1e-9, 1e-3], 40):
         right = random.uniform(0, 1, (1, 10)).astype(np.float32)
         right[0, :2] = 0, 1

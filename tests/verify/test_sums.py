@@ -27,7 +27,9 @@ def angle_of(model):
 def check_sao(drawn, options, alter=lambda model: model):
     """Renderers of the sampling pass against the bounds: taps land next to texels' edges, and at edges of levels."""
     view, rng, name, radius, n, _ = drawn
-    shape, rays, n = (view.height, view.width), texel_rays(view, np.dtype(np.float32)), n + 2
+    shape = (view.height, view.width)
+    rays = texel_rays(view, np.dtype(np.float32))
+    n = n + 2
     camera = view.screen_to_world is not None
     depth = (rng.choice([0.3, 0.35, 0.5], shape) + rng.uniform(0, 0.02, shape) - (0 if camera else 0.4)).astype("f4")
     depth[rng.random(shape) < 0.1] = np.inf
@@ -62,7 +64,8 @@ CHOICES = {
 @settings(max_examples=60)
 @given(oracle.drawn_problems())
 def test_no_renderer_of_sao_leaves_its_bounds(drawn):
-    rng, strengths = drawn[1], [{"intensity": 0.3}, {"intensity": 2.0}, {"sigma": 0.5}, {"sigma": 1.0, "k": 2.0}]
+    rng = drawn[1]
+    strengths = [{"intensity": 0.3}, {"intensity": 2.0}, {"sigma": 0.5}, {"sigma": 1.0, "k": 2.0}]
     options = {name: values[rng.integers(len(values))] for name, values in CHOICES.items()}
     check_sao(drawn, strengths[rng.integers(4)] | options)
 
@@ -80,7 +83,8 @@ def test_no_probe_of_sao_leaves_the_bounds():
 def test_with_an_error_left_out_renderers_of_sao_leave_the_bounds(error):
     """They come near enough to the bounds to tell, and differ where taps are undecided."""
     view = module_views(builtin_scene("statue"), find_display("sample-a").with_resolution(4, 3), range(4, 5))[0]
-    refused, found = 0, []
+    refused = 0
+    found = []
     for seed in range(20):
         drawn = view, np.random.default_rng(seed), "shader", 1.0, 3, seed % 2 == 1
         found.append(check_sao(drawn, dict(PLAIN)))
@@ -115,7 +119,8 @@ def test_bounds_are_narrow_and_tell_what_is_wrong(name, seen):
     forgotten = ({"steps": 7}, {"attenuation": "linear"}) if name == "hbao" else forgotten
     for still, less in seen:
         radius = 3 * less  # some texels
-        shown, there = still.turned("sao-hash"), still.depth < np.inf
+        shown = still.turned("sao-hash")
+        there = still.depth < np.inf
         for own in ({}, RAW) if "gauss" in estimator.parameters else ({},):
             found = point_bounds(name, shown, radius, points, None, {**estimator.parameters, **own})
             assert not found.outside(estimate(name, shown, radius, points, **own).texture).any()

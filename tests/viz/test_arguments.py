@@ -9,7 +9,8 @@ from lfssao import viz
 
 DISPLAY = lfssao.find_display("virtual").with_resolution(8, 6)
 TEXTURES = lfssao.render("corner", DISPLAY, lfssao.Settings((0.5,), layers=("depth", "positions")))[0]
-OCCLUSION, SURFACE = np.full((2, 3), 0.5, np.float32), np.ones((2, 3), bool)
+OCCLUSION = np.full((2, 3), 0.5, np.float32)
+SURFACE = np.ones((2, 3), bool)
 HOLED = np.ma.array(OCCLUSION, mask=np.eye(2, 3))
 
 

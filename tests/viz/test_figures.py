@@ -63,7 +63,8 @@ def test_five_points_are_too_few():
 
 def test_the_fraction_of_occluded_samples_is_what_algorithm_2_writes(seen, statue):
     view, gbuffer = seen
-    samples, radius = lfssao.make_samples("latin", 8), 0.05 * diagonal(statue)
+    samples = lfssao.make_samples("latin", 8)
+    radius = 0.05 * diagonal(statue)
     ao = lfssao.algorithm2(gbuffer.depth, gbuffer.positions, view.world_to_image, samples, radius).texture
     rows, columns = np.nonzero(np.isfinite(gbuffer.depth))
     for i, j in list(zip(columns.tolist(), rows.tolist(), strict=True))[::23]:
@@ -95,7 +96,8 @@ def test_the_first_of_the_largest_decides():
 
 
 def test_deviation_by_hand():
-    mine, exact = np.array([[0.0, 1.0, 9.0]]), np.array([[0.5, 1.0, 0.0]])
+    mine = np.array([[0.0, 1.0, 9.0]])
+    exact = np.array([[0.5, 1.0, 0.0]])
     found = truth.deviation(mine, exact, np.array([[True, True, False]]))
     assert (found.bias, found.rmse) == (-0.25, pytest.approx(np.sqrt(0.125)))
     assert found.correlation == pytest.approx(1)
@@ -104,7 +106,8 @@ def test_deviation_by_hand():
 
 
 def test_numbers_inside_bounds():
-    right, mine = np.zeros(5), np.array([0.0, 0.1, 0.2, -0.1, np.nan])
+    right = np.zeros(5)
+    mine = np.array([0.0, 0.1, 0.2, -0.1, np.nan])
     found = verdict.inside_bounds(mine, right, Bounds(np.full(5, -0.05), np.full(5, 0.1)))
     assert found.tolist() == [verdict.EQUAL, verdict.INSIDE, *[verdict.OUTSIDE] * 3]
 

@@ -23,7 +23,8 @@ def test_taps_land_on_the_disk_that_faces_the_viewer(sight):
     assert not estimate("alchemy", seen, 0.1, beta=0.0).texture.any()
     step = scenes.buffers("step", scenes.SIGHTS[sight](96, 72))
     made = estimate("alchemy", step, 0.1, beta=0.0).texture
-    near, far = scenes.nearest(step, -0.03)[:2], scenes.nearest(step, -0.2)[:2]
+    near = scenes.nearest(step, -0.03)[:2]
+    far = scenes.nearest(step, -0.2)[:2]
     assert made[near] > 0.1
     assert made[far] == 0
 

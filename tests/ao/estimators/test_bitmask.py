@@ -24,17 +24,21 @@ def middles_between(low, high, weighting, count):
 
 def slices_of(seen, j, i, radius, thickness, weighting, count):
     """Directions of both slices of a texel, seen straight from above, set sectors, and whether rounding decides any."""
-    p, n = seen.positions[j, i], seen.normals[j, i]
+    p = seen.positions[j, i]
+    n = seen.normals[j, i]
     height, width = seen.depth.shape
     texel = 0.75 / height
     for slice_ in range(2):
         sine, cosine = sincospi((2 * slice_ + 1) / 4)
         along = np.array([cosine, -sine, 0.0])  # the rightward direction, and downward
-        tilt, bits, undecided = atan2(n @ along, n[2]), set(), False
+        tilt = atan2(n @ along, n[2])
+        bits = set()
+        undecided = False
         for side in (1, -1):
             for k in range(1, 6):
                 reach = side * radius * k / 5 / texel
-                column, row = floor(i + 0.5 + reach * cosine), floor(j + 0.5 + reach * sine)
+                column = floor(i + 0.5 + reach * cosine)
+                row = floor(j + 0.5 + reach * sine)
                 if not (0 <= column < width and 0 <= row < height) or (row, column) == (j, i):
                     continue
                 d = seen.positions[row, column] - p
@@ -43,13 +47,15 @@ def slices_of(seen, j, i, radius, thickness, weighting, count):
                 back = d - np.array([0, 0, thickness])
                 front, behind = (side * acos(x[2] / np.linalg.norm(x)) - tilt for x in (d, back))
                 found, close = middles_between(min(front, behind), max(front, behind), weighting, count)
-                bits, undecided = bits | found, undecided or close
+                bits = bits | found
+                undecided = undecided or close
         yield along, bits, undecided
 
 
 def rough():
     """A plane with bumps of up to half the radius 0.2, and normals of all directions to the viewer."""
-    rng, seen = np.random.default_rng(4), scenes.buffers("facing plane", scenes.SIGHTS["orthographic"](40, 30))
+    rng = np.random.default_rng(4)
+    seen = scenes.buffers("facing plane", scenes.SIGHTS["orthographic"](40, 30))
     positions = seen.positions + np.array([0, 0, 0.1]) * rng.random((30, 40, 1))
     normals = rng.normal(size=(30, 40, 3)) + np.array([0, 0, 3])
     normals[..., 2] = np.abs(normals[..., 2]) + 0.1
@@ -60,13 +66,17 @@ def rough():
 @pytest.mark.parametrize(("count", "thickness"), [(32, 0.4), (5, 0.1), (32, 30.0)])
 def test_every_texel_has_the_sectors_of_a_march_by_angles(weighting, count, thickness):
     """Texels of which rounding decides a sector, 0 to 2 of 1200, are left out."""
-    seen, radius = rough(), 0.2
+    seen = rough()
+    radius = 0.2
     own = {"weighting": weighting, "sectors": count, "thickness": thickness}
     made = estimate("visibility-bitmask", seen, radius, **own, **OPTIONS).texture
-    wrong, left_out, totals = 0, 0, set()
+    wrong = 0
+    left_out = 0
+    totals = set()
     for j, i in np.ndindex(seen.depth.shape):
         slices = list(slices_of(seen, j, i, radius, radius * thickness, weighting, count))
-        total, undecided = sum(len(bits) for _, bits, _ in slices), any(close for *_, close in slices)
+        total = sum(len(bits) for _, bits, _ in slices)
+        undecided = any(close for *_, close in slices)
         found = made[j, i] * 2 * count
         assert found == pytest.approx(round(found), abs=1e-9)
         wrong += not undecided and round(found) != total
@@ -79,9 +89,11 @@ def test_every_texel_has_the_sectors_of_a_march_by_angles(weighting, count, thic
 
 def open_direction(slices, n, weighting, count):
     """The unit vector of the middles of open sectors, each by its solid angle and weight, of a normal."""
-    total, up = np.zeros(3), np.array([0, 0, 1.0])
+    total = np.zeros(3)
+    up = np.array([0, 0, 1.0])
     for along, bits, _ in slices:
-        tilt, length = atan2(n @ along, n[2]), hypot(n @ along, n[2])
+        tilt = atan2(n @ along, n[2])
+        length = hypot(n @ along, n[2])
         for k in set(range(count)) - bits:
             part = (2 * k + 1) / count - 1
             angle = tilt + (asin(part) if weighting == "cosine" else part * pi / 2)
@@ -93,9 +105,12 @@ def open_direction(slices, n, weighting, count):
 @pytest.mark.parametrize("weighting", ["cosine", "uniform"])
 @pytest.mark.parametrize(("count", "thickness"), [(32, 0.4), (5, 0.1)])
 def test_every_texel_has_the_bent_normal_of_its_open_sectors(weighting, count, thickness):
-    seen, radius = rough(), 0.2
+    seen = rough()
+    radius = 0.2
     own = {"weighting": weighting, "sectors": count, "thickness": thickness}
-    made, wrong, bends = bent_normals("visibility-bitmask", seen, radius, **own, **OPTIONS), 0, []
+    made = bent_normals("visibility-bitmask", seen, radius, **own, **OPTIONS)
+    wrong = 0
+    bends = []
     for j, i in np.ndindex(seen.depth.shape):
         slices = list(slices_of(seen, j, i, radius, radius * thickness, weighting, count))
         exact = open_direction(slices, seen.normals[j, i], weighting, count)
@@ -112,7 +127,8 @@ def test_every_texel_has_the_bent_normal_of_its_open_sectors(weighting, count, t
 def test_a_pit_hides_what_lies_below_its_horizon(weighting, exact):
     """The bottom of a cone, seen from above: all sides have one horizon, whose angle from the axis is h."""
     seen = scenes.buffers("facing plane", scenes.SIGHTS["orthographic"](161, 121), np.float64)
-    x, y = seen.positions[..., 0], seen.positions[..., 1]
+    x = seen.positions[..., 0]
+    y = seen.positions[..., 1]
     for slope in (0.3, 1.0, 3.0):
         positions = np.stack([x, y, slope * np.hypot(x, y)], axis=-1)
         pit = replace(seen, positions=positions)

@@ -57,7 +57,8 @@ def test_uniform_horizons_are_those_of_hbao_without_attenuation():
 @cache
 def hills():
     """A height field without overhangs, seen from above: textures, and its cosine-weighted occlusion by rays."""
-    n, y = 161, np.linspace(-0.8, 0.8, 161)
+    n = 161
+    y = np.linspace(-0.8, 0.8, 161)
     x, y = np.meshgrid(y, y)
     z = 0.12 * np.sin(9 * x + 1) * np.cos(7 * y) + 0.05 * np.sin(23 * y + 4 * x)
     k = np.arange(n * n).reshape(n, n)

@@ -23,9 +23,11 @@ def corner(width=40, height=30, **changed):
     (1.0, {"fade_from": 1.0, "fade_to": 20.0}),
 ])  # fmt: skip
 def test_godots_ssao_is_that_of_its_own_evaluation(radius, changed):
-    seen, options = corner(), full_parameters(find_estimator("godot-4"), changed)
+    seen = corner()
+    options = full_parameters(find_estimator("godot-4"), changed)
     made = estimate("godot-4", seen, radius, **options).texture
-    axes, depth = seen.view.world_from_cast[:, :3], cast_depth(seen)
+    axes = seen.view.world_from_cast[:, :3]
+    depth = cast_depth(seen)
     rows, columns = np.nonzero(depth < np.inf)
     chosen = np.random.default_rng(2).choice(len(rows), 60, replace=False)
     for row, column in zip(rows[chosen], columns[chosen], strict=True):

@@ -40,7 +40,8 @@ def behind(h, p, n, radius, half):
     """Share of the ball, or of its half above the tangent plane, that lies under the height: column by column."""
     x, y, alpha = polar(200, 360)
     reach = radius * np.sqrt(1 - alpha**2)
-    dx, dy = radius * x, radius * y
+    dx = radius * x
+    dy = radius * y
     rise = h(p[0] + dx, p[1] + dy) - p[2]
     floor = np.maximum(-reach, -(n[0] * dx + n[1] * dy) / n[2]) if half else -reach
     hidden = np.maximum(np.minimum(rise, reach) - floor, 0)
@@ -80,7 +81,8 @@ def horizons(h, p, n, radius, directions=360, steps=600, quadratic=1.0):
     """Mean over the directions of the integral of W over the rising sine of the horizon."""
     theta = np.pi * (2 * np.arange(directions)[:, None] + 1) / directions
     length = radius * (np.arange(steps) + 1) / steps
-    dx, dy = length * np.cos(theta), length * np.sin(theta)
+    dx = length * np.cos(theta)
+    dy = length * np.sin(theta)
     dz = h(p[0] + dx, p[1] + dy) - p[2]
     away = np.sqrt(dx**2 + dy**2 + dz**2)
     slope = -(n[0] * np.cos(theta) + n[1] * np.sin(theta)) / n[2]
@@ -95,12 +97,15 @@ def slices(h, p, n, radius, steps):
     """Cosine-weighted directions that no horizon hides, the integral over a slice's angles by the midpoint rule too."""
     theta = np.pi * (2 * np.arange(64)[:, None] + 1) / 64
     length = radius * (np.arange(steps) + 1) / steps
-    dx, dy = length * np.cos(theta), length * np.sin(theta)
+    dx = length * np.cos(theta)
+    dy = length * np.sin(theta)
     dz = h(p[0] + dx, p[1] + dy) - p[2]
     away = np.sqrt(dx**2 + dy**2 + dz**2)
     cosine = np.max(np.where(away < radius, dz / away, -1), axis=1, keepdims=True)
     angle = np.arccos(cosine) * (np.arange(400) + 0.5) / 400
-    x, y, z = np.sin(angle) * np.cos(theta), np.sin(angle) * np.sin(theta), np.cos(angle)
+    x = np.sin(angle) * np.cos(theta)
+    y = np.sin(angle) * np.sin(theta)
+    z = np.cos(angle)
     weight = np.maximum(x * n[0] + y * n[1] + z * n[2], 0) / np.pi
     return 1 - 2 * np.pi * np.mean(np.sum(weight * np.sin(angle), axis=1) * np.arccos(cosine[:, 0]) / 400)
 
@@ -109,7 +114,8 @@ def half_circles(h, p, n, radius, steps):
     """Part of each slice's half circle around the normal that lies below the horizons, by sines, mean over slices."""
     theta = np.pi * (2 * np.arange(64)[:, None] + 1) / 64
     length = radius * (np.arange(steps) + 1) / steps
-    dx, dy = length * np.cos(theta), length * np.sin(theta)
+    dx = length * np.cos(theta)
+    dy = length * np.sin(theta)
     dz = h(p[0] + dx, p[1] + dy) - p[2]
     near = np.sqrt(dx**2 + dy**2 + dz**2) < radius
     angle = np.min(np.where(near, np.arctan2(length, dz), np.pi), axis=1)
@@ -131,7 +137,10 @@ def square_of_texels(h, p, n, radius):
 # Settings that come near the limit: many samples, and no passes after them
 
 
-SIGMA, BETA, EPSILON, KERNEL = 0.15, 0.01, 0.01, 15
+SIGMA = 0.15
+BETA = 0.01
+EPSILON = 0.01
+KERNEL = 15
 SPIRAL = {"taps": 200, "turns": 97, "mip": "none", "quad_edge": 0.0, "gauss": 0.0, "epsilon": EPSILON}
 
 

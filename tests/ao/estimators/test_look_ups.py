@@ -33,8 +33,10 @@ def read(padded, x, y, linear):
     """A texture at an image point."""
     if not linear:
         return padded[int(np.floor(y)), int(np.floor(x))]
-    left, top = int(np.floor(x - 0.5)), int(np.floor(y - 0.5))
-    across, down = x - 0.5 - left, y - 0.5 - top
+    left = int(np.floor(x - 0.5))
+    top = int(np.floor(y - 0.5))
+    across = x - 0.5 - left
+    down = y - 0.5 - top
     four = padded[top : top + 2, left : left + 2]
     return np.inf if np.isinf(four).any() else [1 - down, down] @ four @ [1 - across, across]
 
@@ -64,7 +66,8 @@ def shares(buffers, border, beyond, cleared, linear=False):
 @pytest.mark.parametrize("is_cleared", [False, True])
 @pytest.mark.parametrize("linear", [False, True])
 def test_points_see_what_options_say(kind, border, is_cleared, linear):
-    buffers, options = buffers_of(kind), {"border": border, "filter": "linear" if linear else "nearest"}
+    buffers = buffers_of(kind)
+    options = {"border": border, "filter": "linear" if linear else "nearest"}
     seen = np.inf
     if is_cleared:
         options |= {"background": "cleared", "cleared": {"module": -0.2, "camera": 2.5}[kind]}
@@ -92,7 +95,8 @@ def test_positions_are_cleared_to_places_on_the_rays():
     wall = 1.05 * float(np.max(buffers.view.cast_z(buffers.depth[buffers.depth < np.inf])))
     made = lfssao.estimate("alchemy", buffers, RADIUS, background="cleared", cleared=wall).texture
     rows, columns = np.nonzero(~(buffers.depth < np.inf))
-    depth, positions = buffers.depth.copy(), buffers.positions.copy()
+    depth = buffers.depth.copy()
+    positions = buffers.positions.copy()
     depth[rows, columns] = buffers.view.depth_at(np.array(wall))
     back = np.array(buffers.view.screen_to_world)
     for row, column in zip(rows, columns, strict=True):

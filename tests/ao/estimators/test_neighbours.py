@@ -60,7 +60,8 @@ def test_neighbours_of_any_display_equal_the_reference(statue, dtype, name):
     depths = [caster.gbuffer(view).depth.astype(dtype) for view in views]
     depths[1] = np.ascontiguousarray(depths[1][:20, :30])  # where what falls beyond is outside
     own = depths[0], caster.gbuffer(views[0]).positions.astype(dtype), views[0].world_to_image
-    samples, radius = make_samples("random", 5, 4), 0.5
+    samples = make_samples("random", 5, 4)
+    radius = 0.5
     others = [(view.world_to_image, depth) for view, depth in zip(views[1:], depths[1:], strict=True)]
     together = assert_equals_reference(*own, others, samples, radius)
     assert together.outside > 0
@@ -94,9 +95,11 @@ def test_a_neighbour_sees_behind_a_card():
 
 def test_the_estimator_asks_the_neighbours_of_its_buffers():
     """A camera's depth may be distances along its axis, which are no image z."""
-    rng, samples = np.random.default_rng(3), make_samples("latin", 8)
+    rng = np.random.default_rng(3)
+    samples = make_samples("latin", 8)
     seen = in_distances(scenes.buffers("sphere on a plane", scenes.SIGHTS["perspective"](20, 15), np.float32))
-    mapping, depth = seen.view.world_to_image, seen.view.image_z(seen.depth)
+    mapping = seen.view.world_to_image
+    depth = seen.view.image_z(seen.depth)
     others = [(mapping, (depth + 0.05 * rng.normal(size=depth.shape)).astype(np.float32)), (mapping, depth[:9])]
     for asked in ([], others):
         expected = neighbours.algorithm2_with_neighbours(depth, seen.positions, mapping, asked, samples, 0.4)
@@ -108,7 +111,8 @@ def test_the_estimator_asks_the_neighbours_of_its_buffers():
 
 def test_more_texels_than_numbers_of_32_bits_are_refused():
     mapping = find_display("virtual").view(0, np.eye(3, 4)).world_to_image
-    depth, positions = np.zeros((3, 4), np.float32), np.zeros((3, 4, 3), np.float32)
+    depth = np.zeros((3, 4), np.float32)
+    positions = np.zeros((3, 4, 3), np.float32)
     others = [(mapping, np.broadcast_to(np.float32(0), (2**15, 2**15)))] * 2
     with pytest.raises(InputError, match="3 modules have 2147483660 texels"):
         neighbours.algorithm2_with_neighbours(depth, positions, mapping, others, np.ones((1, 3)), 1.0)
@@ -131,7 +135,8 @@ def test_textures_that_do_not_fit_each_other_are_refused():
 def test_texels_without_a_surface_have_no_samples_wherever_they_are_said_to_be(dtype):
     """Positions mean nothing where depth is infinite: renderers may leave there what was there before."""
     mapping, depth, positions = card_before_a_wall(10)
-    depth, positions = depth.astype(dtype), positions.astype(dtype)
+    depth = depth.astype(dtype)
+    positions = positions.astype(dtype)
     depth[::2], depth[:, 60:66] = np.inf, np.inf
     samples = make_samples("latin", 8)
     expected = ssao.algorithm2(depth, positions, mapping, samples, 0.1)

@@ -13,7 +13,8 @@ from lfssao.samples import noise_turns, texel_angles
 from lfssao.samples.formats import FORMATS
 
 SMALL = ["render", "corner", "--camera", "--resolution", "24x18", "--radii", "0.4"]
-RADIUS, BIAS = 0.5, 0.02
+RADIUS = 0.5
+BIAS = 0.02
 F64 = np.dtype(np.float64)
 
 
@@ -35,7 +36,8 @@ def unit_tile():
 def test_vectors_of_unit_length_turn_samples_as_the_rotation_that_they_are_of(tmp_path, estimator):
     """In a tile, as a whole texture, and with rows from below, of which 18 are no multiple of 4."""
     words = "--estimator", estimator
-    tile, whole = unit_tile(), np.tile(unit_tile(), (5, 6, 1))[:18]
+    tile = unit_tile()
+    whole = np.tile(unit_tile(), (5, 6, 1))[:18]
     np.save(tmp_path / "tile.npy", tile)
     np.save(tmp_path / "whole.npy", np.dstack([whole, np.zeros((18, 24), np.float32)]))
     np.save(tmp_path / "below.npy", whole[::-1][:4, :4])
@@ -50,7 +52,8 @@ def test_vectors_of_unit_length_turn_samples_as_the_rotation_that_they_are_of(tm
 
 def hidden_by_loops(buffers, points, noise):
     """Occlusion of the oriented hemisphere, no range check, in float64 by the shader's own lines: t of the noise."""
-    view, made = buffers.view, np.zeros(buffers.depth.shape)
+    view = buffers.view
+    made = np.zeros(buffers.depth.shape)
     numbers, (right, up, away) = view.world_to_image.numbers, view.world_from_cast[:, :3].T
     depth = view.cast_from_world[2]
     for j, i in np.argwhere(buffers.depth < np.inf):
@@ -61,7 +64,8 @@ def hidden_by_loops(buffers, points, noise):
         for a, b, h in points:
             s = np.append(c + RADIUS * (a * t + b * np.cross(n, t) + abs(h) * n), 1)
             q = numbers[12:] @ s
-            u, v = numbers[:4] @ s / q, numbers[4:8] @ s / q
+            u = numbers[:4] @ s / q
+            v = numbers[4:8] @ s / q
             if not (q > 0 and 0 <= u < view.width and 0 <= v < view.height):
                 continue
             seen = buffers.positions[int(v), int(u)]
@@ -102,7 +106,8 @@ def test_a_reference_with_vectors_of_a_file_is_judged_by_them(tmp_path, capsys):
 
 @pytest.mark.parametrize("ending", [ending for ending in FORMATS if ending != "glsl-function"])
 def test_samples_of_a_file_are_those_of_the_method_that_wrote_it(tmp_path, ending):
-    file, words = tmp_path / f"points.{ending}", ("--estimator", "point", "--rotate", "none")
+    file = tmp_path / f"points.{ending}"
+    words = ("--estimator", "point", "--rotate", "none")
     assert (
         main(
             [

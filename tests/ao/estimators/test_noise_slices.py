@@ -34,8 +34,10 @@ def frame_of(seen):
     {"squared": False, "power": 1.0, "multiplier": 0.7, "nearer": 0.99, "nearest": 0.0},
 ])  # fmt: skip
 def test_xegtao_is_that_of_its_own_evaluation(changed):
-    seen, options = corner(), full_parameters(find_estimator("xegtao"), {"border": "clamp", **changed})
-    made, frame = estimate("xegtao", seen, R, **options).texture, frame_of(seen)
+    seen = corner()
+    options = full_parameters(find_estimator("xegtao"), {"border": "clamp", **changed})
+    made = estimate("xegtao", seen, R, **options).texture
+    frame = frame_of(seen)
     rows, columns = np.nonzero(seen.depth < np.inf)
     chosen = np.random.default_rng(0).choice(len(rows), 60, replace=False)
     for row, column in zip(rows[chosen], columns[chosen], strict=True):
@@ -48,10 +50,13 @@ def test_xegtao_is_that_of_its_own_evaluation(changed):
 ])  # fmt: skip
 def test_bevys_bitmask_is_that_of_its_own_evaluation(changed):
     cleared = {"border": "clamp", "filter": "linear", "background": "cleared", "cleared": 1e12}
-    seen, options = corner(), full_parameters(find_estimator("bevy-ssao"), {**cleared, **changed})
-    made, frame = estimate("bevy-ssao", seen, R, **options).texture, frame_of(seen)
+    seen = corner()
+    options = full_parameters(find_estimator("bevy-ssao"), {**cleared, **changed})
+    made = estimate("bevy-ssao", seen, R, **options).texture
+    frame = frame_of(seen)
     rows, columns = np.nonzero(seen.depth < np.inf)
-    chosen, near = np.random.default_rng(1).choice(len(rows), 60, replace=False), seen.view.lens[4]
+    chosen = np.random.default_rng(1).choice(len(rows), 60, replace=False)
+    near = seen.view.lens[4]
     for row, column in zip(rows[chosen], columns[chosen], strict=True):
         right = noise_slices.bevy(frame, seen.turns[:, row, column], R, row, column, near, options)
         assert made[row, column] == pytest.approx(right, abs=1e-6), (row, column)

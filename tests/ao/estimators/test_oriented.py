@@ -14,7 +14,8 @@ TOWARDS = np.array([[0.8, 0.0, 0.2]])  # from 0.02 before the step 0.04 to its s
 
 @pytest.mark.parametrize("sight", ["orthographic", "perspective"])
 def test_a_point_under_the_step_has_the_weight_of_the_range_check(sight):
-    part, seen = RADIUS / HEIGHT, scenes.buffers("step", scenes.SIGHTS[sight](96, 72))
+    part = RADIUS / HEIGHT
+    seen = scenes.buffers("step", scenes.SIGHTS[sight](96, 72))
     j, i, _ = scenes.nearest(seen, -0.02)
     for check, weight in (("none", 1.0), ("distance", 0.0), ("smoothstep", part * part * (3 - 2 * part))):
         for points, share in ((TOWARDS, 1), (TOWARDS * [1, 1, -1], 1), (np.vstack([TOWARDS, -TOWARDS]), 0.5)):

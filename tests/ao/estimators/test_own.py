@@ -24,7 +24,8 @@ def written(folder, text):
 
 def test_the_start_of_a_sum_counts_hidden_points(tmp_path):
     """As ``point`` does, but for z along the view in place of a camera's image z."""
-    made, buffers = lfssao.read_estimator(written(tmp_path, START["sum"])), few_texels()
+    made = lfssao.read_estimator(written(tmp_path, START["sum"]))
+    buffers = few_texels()
     points = np.random.default_rng(0).uniform(-0.5, 0.5, (9, 3))
     found = lfssao.estimate(made, buffers, 0.4, points)
     assert np.array_equal(found.texture, lfssao.estimate("point", buffers, 0.4, points).texture)
@@ -35,7 +36,8 @@ def test_the_start_of_a_sum_counts_hidden_points(tmp_path):
 
 def test_another_text_with_the_same_fields_makes_other_numbers(tmp_path):
     """numba takes classes of one name with equal fields as one, and would run the formulas that it has."""
-    buffers, points = few_texels(), np.array([[0.0, 0.0, -0.5], [0.0, 0.0, 0.5]])
+    buffers = few_texels()
+    points = np.array([[0.0, 0.0, -0.5], [0.0, 0.0, 0.5]])
     made = []
     for half in (1, 0.5):
         own = lfssao.read_estimator(written(tmp_path, START["sum"].replace("number(1, z)", f"number({half}, z)")))

@@ -14,7 +14,8 @@ both = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("sight", ["crossed slits", "display"])
 def test_without_options_it_is_lf_on_modules(dtype, sight):
     seen = scenes.buffers("step", scenes.SIGHTS[sight](), dtype)
-    one, other = estimate("lf", seen, 0.1), estimate("point", seen, 0.1)
+    one = estimate("lf", seen, 0.1)
+    other = estimate("point", seen, 0.1)
     assert_same_bits(other.texture, one.texture)
     assert other.outside == one.outside
 

@@ -83,7 +83,8 @@ def test_an_entry_says_how_much_memory_it_takes(name):
         for number, options in enumerate(variants(entry)):
             # By the difference of two sizes, so that tables of samples do not count; sizes that nothing is kept of.
             memory(name, sight, 20 + number, 10, options)  # what is made once
-            small, large = (60 + number, 40), (220 + number, 180)
+            small = (60 + number, 40)
+            large = (220 + number, 180)
             needed = memory(name, sight, *large, options) - memory(name, sight, *small, options)
             most = max(most, needed / (large[0] * large[1] - small[0] * small[1]))
     assert abs(most - entry.texel_bytes) < 2
@@ -102,8 +103,11 @@ def samples(estimator, rng):
 @compared
 @given(data=st.data())
 def test_estimators_equal_the_reference(name, dtype, data):
-    entry, points, weights = ESTIMATORS[name], None, None
-    seen, radius = data.draw(estimator_cases.buffers(dtype)), data.draw(radii)
+    entry = ESTIMATORS[name]
+    points = None
+    weights = None
+    seen = data.draw(estimator_cases.buffers(dtype))
+    radius = data.draw(radii)
     values = {**{key: [False, True] for key in entry.parameters}, **NUMBERS, **entry.said("choices")}
     ranges = {
         key: entry.said("limits").get(key, (-np.inf, np.inf))
@@ -196,7 +200,8 @@ def test_several_radii_at_once_are_those_one_by_one(name, sight, dtype):
 def test_a_scene_in_another_unit_with_lengths_in_that_unit_is_the_same(name):
     """Everything 8 times as large, which rounds nothing, so that lengths are and their squares are 64 times."""
     seen = scenes.buffers("sphere on a plane", scenes.SIGHTS["perspective"](20, 15))
-    view, size = seen.view, np.array([8, 8, 8, 1])
+    view = seen.view
+    size = np.array([8, 8, 8, 1])
     large = replace(
         view,
         cast_from_world=view.cast_from_world / size,
@@ -208,7 +213,8 @@ def test_a_scene_in_another_unit_with_lengths_in_that_unit_is_the_same(name):
     entry = ESTIMATORS[name]
     own = {key: 0.7 * entry.parameters[key] + 0.1 for key in entry.said("power")}
     scaled = {key: (64 if key == "epsilon" else 8) * value for key, value in own.items()}
-    one, two = estimate(name, seen, 0.3, units="world", **own), estimate(name, larger, 2.4, units="world", **scaled)
+    one = estimate(name, seen, 0.3, units="world", **own)
+    two = estimate(name, larger, 2.4, units="world", **scaled)
     assert one.texture == pytest.approx(two.texture, abs=1e-9)
     assert np.abs(one.texture - estimate(name, seen, 0.3, **own).texture).max() > 1e-3
     both = estimate_radii(name, seen, (0.3, 0.0), units="world", **own)
@@ -241,7 +247,8 @@ def extreme_buffers(view, dtype):
 def test_extremes_have_defined_results(name, sight, dtype):
     estimator = ESTIMATORS[name]
     make = scenes.SIGHTS[sight]
-    small, one = make(7, 5), make(1, 1)
+    small = make(7, 5)
+    one = make(1, 1)
     cases = [
         scenes.buffers("step", small, dtype),
         scenes.buffers("step", small, dtype, np.ones((5, 7), bool)),  # all background

@@ -124,7 +124,8 @@ def test_levels_are_the_papers(dtype, whole, log_q, top, part):
 @both
 def test_packing_equals_the_reference(dtype):
     """Over all keys and without a surface."""
-    a, keys = np.linspace(0, 1, 4002, dtype=dtype)[None], np.append(np.linspace(0, 1, 4001), np.inf).astype(dtype)[None]
+    a = np.linspace(0, 1, 4002, dtype=dtype)[None]
+    keys = np.append(np.linspace(0, 1, 4001), np.inf).astype(dtype)[None]
     made = np.empty_like(a), np.empty_like(a)
     passes.through_bytes(a, keys, *made)
     for mine, want in zip(made, reference.unpack(reference.pack(a, keys), dtype), strict=True):

@@ -41,8 +41,10 @@ def chosen_texels(seen):
     (3.0, {"max_level": 1, "intensity": 0.5}),
 ])  # fmt: skip
 def test_filaments_sao_is_that_of_its_own_evaluation(radius, changed):
-    seen, options = corner(), full_parameters(find_estimator("filament-sao"), {"border": "clamp", **changed})
-    made, frame = estimate("filament-sao", seen, radius, **options).texture[::-1], frame_of(seen)
+    seen = corner()
+    options = full_parameters(find_estimator("filament-sao"), {"border": "clamp", **changed})
+    made = estimate("filament-sao", seen, radius, **options).texture[::-1]
+    frame = frame_of(seen)
     for row, column in chosen_texels(seen):
         right = spiral_taps.filament(frame, seen.turns[0, ::-1][row, column], radius, row, column, options)
         assert made[row, column] == pytest.approx(right, abs=1e-6), (row, column)
@@ -54,8 +56,10 @@ def test_filaments_sao_is_that_of_its_own_evaluation(radius, changed):
     (0.6, {"intensity": 0.7, "background": "open"}),
 ])  # fmt: skip
 def test_filaments_gtao_is_that_of_its_own_evaluation(radius, changed):
-    given, seen = {"border": "clamp", "background": "cleared", "cleared": 1e12, **changed}, corner()
-    options, open_there = full_parameters(find_estimator("filament-gtao"), given), given["background"] == "open"
+    given = {"border": "clamp", "background": "cleared", "cleared": 1e12, **changed}
+    seen = corner()
+    options = full_parameters(find_estimator("filament-gtao"), given)
+    open_there = given["background"] == "open"
     made = estimate("filament-gtao", seen, radius, **options).texture[::-1]
     frame = frame_of(seen, np.inf if open_there else 1e12)
     for row, column in chosen_texels(seen):

@@ -26,7 +26,8 @@ def test_viewing_directions_equal_the_reference(sight, dtype):
         v, u = (n.ravel() + 0.5 for n in np.mgrid[:40, :7])
         lines = np.empty((280, 6))
         trace_texels(view.lens, u, v, lines)
-        dx, dy = lines[:, 2], lines[:, 3]
+        dx = lines[:, 2]
+        dy = lines[:, 3]
     else:
         _, _, dx, dy, _, _ = raycast.texel_rays(*view.rays, 7, 40)
     x, y, z = ((row[0] * dx + row[1] * dy) + row[2] for row in view.world_from_cast.tolist())

@@ -91,7 +91,7 @@ def read_views(
             left, right = (view_of(name, named[name]["view"]) for name in eyes)
             display = StereoPair.of_views(left, right, float(manifest["stereo"]))
         elif manifest["display"] is None and views is None:
-            raise InputError("it describes a camera's view, but an eye looks at a display or a stereo pair")
+            raise InputError("it describes a camera's view (--camera), but an eye looks at a display or a stereo pair")
         else:
             prefix = "module_" if views is None else f"{views.WORDS[0]}_"
             entries = {int(name.removeprefix(prefix)): entry for name, entry in named.items()}

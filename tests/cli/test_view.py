@@ -51,14 +51,15 @@ def test_view_writes_what_the_library_composes(folder, capsys):
     assert np.array_equal(pixels(folder / "eye.png"), expected)
 
 
-def test_examples_of_the_help_run(rendered, monkeypatch):
-    monkeypatch.chdir(rendered.parent)  # the folder is named out, as in the examples
+def test_examples_of_the_help_run(rendered, tmp_path, monkeypatch):
+    shutil.copytree(rendered, tmp_path / "out")
+    monkeypatch.chdir(tmp_path)
     text = (files("lfssao.cli") / "help" / "view.txt").read_text()
     examples = re.findall(r"^  lfssao (view (?:\S| (?=\S))+)", text, re.MULTILINE)
     assert len(examples) == 4
     for line in examples:
         assert main([*line.split(), "--width", "20"]) == 0
-    assert {path.name for path in rendered.parent.iterdir()} == {"out", "right.png", "walk.png", "eye.html"}
+    assert {path.name for path in tmp_path.iterdir()} == {"out", "right.png", "walk.png", "eye.html"}
 
 
 def light_field(folder, layer, guard=0):

@@ -20,6 +20,7 @@ from lfssao.verify.diagnosis.change import (
     without,
 )
 from lfssao.verify.diagnosis.estimated import TOLERANCE, Estimated
+from lfssao.verify.diagnosis.post import ZEROS
 from lfssao.verify.diagnosis.problems import Texture
 from lfssao.verify.diagnosis.search import DECIDED, NEAR, ROUGH, Sample, Search, Trial
 from lfssao.verify.verdict import Flags, Verdict, texels
@@ -268,6 +269,7 @@ class WrongTexture(Texture):
         tried = again or [counted.trial(t.change, t.steps) for t in trials[:_MOST_NEAREST]]
         if tried and not again and counted.fits(tried[0]):
             tried += [counted.trial(t.change, t.steps) for t in trials[_MOST_NEAREST:_MOST_CANDIDATES]]
+            tried = _without_causes_of_zeros(tried, by_kind, counted)
         statistics = (1.0 - counted.before, len(counted.weights), len(wrong))
         subject = self.case.parameters["estimator"] if self.name in self.layers else f"the reference's {self.name}"
         least_decided = DECIDED if best is None or not best.change.shared else _DECIDED_AGAIN
@@ -337,3 +339,16 @@ class WrongTexture(Texture):
         return Candidate(
             change.kind, change.values(trial.steps), change.text(trial.steps), *shares, change.shared, hint_text
         )
+
+
+def _without_causes_of_zeros(tried: list[Trial], changes: Mapping[str, Change], counted: Sample) -> list[Trial]:
+    """The trials; if zeros everywhere explain the texture, too, those that explain most of its other wrong texels.
+
+    A change that makes nearly all of a texture 0 explains any texture of zeros. Zeros are left if nothing else is.
+    """
+    zeros = changes.get(ZEROS)
+    others = counted.wrong & (counted.problem.mine != 0)
+    if zeros is None or not others.any() or not counted.fits(counted.trial(zeros, ())):
+        return tried
+    rest = replace(counted, wrong=others)
+    return [t for t in tried if rest.trial(t.change, t.steps).explained > DECIDED] or [counted.trial(zeros, ())]

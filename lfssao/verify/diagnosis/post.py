@@ -35,12 +35,13 @@ _ROUNDING = 2.0**-22
 _MOST_TAPS = 10_000  # of a texel's square
 Taps = tuple[FloatArray, NDArray[np.int64]]  # weights and places
 VISIBILITY = "1 - ao in place of ao"
+ZEROS = "ao of 0 everywhere"
 _TERMS = {"ambient": "the ambient term", "all": "all light"}
 
 # Changes of the values of any texture of occlusion.
 VALUES = (
     plain(VISIBILITY, lambda p: p.then(lambda x: 1 - x), hint="--map {layer}=1-{layer}"),
-    plain("ao of 0 everywhere", lambda p: p.then(np.zeros_like)),
+    plain(ZEROS, lambda p: p.then(np.zeros_like)),
     scaled("strength", lambda p, s: p.then(lambda x: np.clip(s * x, 0, 1)), _STRENGTHS, "ao x {}"),
     scaled("power", lambda p, s: p.then(lambda x: np.clip(x, 0, 1) ** s), words="ao to the power of {}"),
     scaled("bias", lambda p, b: p.then(lambda x: x + b), Axis(1e-7, 1.0), "ao {}"),

@@ -77,7 +77,8 @@ def _is_whole(path: Path) -> bool:
     A folder in its place is no file, and stays.
     """
     try:
-        data = path.read_bytes() if path.is_file() or not path.exists() else b""
+        # In this order, as another process may write the file in between.
+        data = b"" if path.exists() and not path.is_file() else path.read_bytes()
         if hashlib.sha256(data[:-32]).digest() == data[-32:]:
             return True
         path.unlink()

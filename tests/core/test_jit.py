@@ -151,6 +151,28 @@ def test_compiled_code_that_is_damaged_is_noticed_and_made_anew(tmp_path, monkey
     assert (hits(), hits()) == (0, 0)
 
 
+def test_code_that_another_process_writes_in_between_is_not_damaged(tmp_path, monkeypatch):
+    """The file appears behind the first question about it."""
+    path = tmp_path / "kernels" / "code.nbc"
+    path.parent.mkdir()
+    exists = Path.exists
+    is_file = Path.is_file
+
+    def appears_after(asked):
+        def ask(self):
+            answer = asked(self)
+            if self == path and not exists(self):
+                self.write_bytes(b"code" + hashlib.sha256(b"code").digest())
+            return answer
+
+        return ask
+
+    monkeypatch.setattr(Path, "exists", appears_after(exists))
+    monkeypatch.setattr(Path, "is_file", appears_after(is_file))
+    assert jit._is_whole(path)
+    assert path.read_bytes().startswith(b"code")
+
+
 def test_code_that_cannot_be_written_is_compiled_anew(tmp_path, monkeypatch):
     """As on a full disk."""
     monkeypatch.setattr(jit, "_cache_folder", lambda _: str(tmp_path))

@@ -347,8 +347,9 @@ def _without_causes_of_zeros(tried: list[Trial], changes: Mapping[str, Change], 
     A change that makes nearly all of a texture 0 explains any texture of zeros. Zeros are left if nothing else is.
     """
     zeros = changes.get(ZEROS)
-    others = counted.wrong & (counted.problem.mine != 0)
-    if zeros is None or not others.any() or not counted.fits(counted.trial(zeros, ())):
+    if zeros is None or not counted.fits(counted.trial(zeros, ())):
         return tried
-    rest = replace(counted, wrong=others)
+    rest = replace(counted, wrong=counted.wrong & (counted.problem.mine != 0))
+    if not rest.wrong.any():
+        return tried
     return [t for t in tried if rest.trial(t.change, t.steps).explained > DECIDED] or [counted.trial(zeros, ())]

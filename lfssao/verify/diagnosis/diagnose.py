@@ -347,7 +347,8 @@ def _without_causes_of_zeros(tried: list[Trial], changes: Mapping[str, Change], 
     A change that makes nearly all of a texture 0 explains any texture of zeros. Zeros are left if nothing else is.
     """
     zeros = changes.get(ZEROS)
-    if zeros is None or not counted.fits(counted.trial(zeros, ())):
+    is_occlusion = counted.problem.mine.ndim == 1  # zeros beneath a shaded colour are no zeros of the texture
+    if zeros is None or not is_occlusion or not counted.fits(counted.trial(zeros, ())):
         return tried
     rest = replace(counted, wrong=counted.wrong & (counted.problem.mine != 0))
     if not rest.wrong.any():

@@ -145,8 +145,7 @@ def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small():
     @given(st.integers(0, 2**32), st.sampled_from(["shader", "nearest"]), chosen)
     def check(seed, name, options):
         seen, radius = drawn_scene(np.random.default_rng(seed))
-        options = {**ESTIMATORS[NAME].parameters, **options}
-        model = find_model(name)
+        options, model = {**ESTIMATORS[NAME].parameters, **options}, find_model(name)
         found, weak = (point_bounds(NAME, seen, radius, None, None, options, m) for m in (model, scaled(model, 0.25)))
         assert not found.outside(estimate(NAME, seen, radius, None, None, **options).texture).any()
         made = renderers(seed, model, seen, radius, options)
@@ -155,6 +154,15 @@ def test_no_renderer_leaves_its_bounds_unless_errors_are_too_small():
 
     check()
     assert np.count_nonzero(counts) > 3
+
+
+@pytest.mark.xfail(reason="three texels of rounding to nearest lie outside: the interval or this renderer is wrong")
+def test_a_problem_whose_renderers_leave_their_bounds():
+    seen, radius = drawn_scene(np.random.default_rng(1075))
+    options = {**ESTIMATORS[NAME].parameters, "levels": 3, "kernel": 2, "combine": "average"}
+    model = find_model("nearest")
+    found = point_bounds(NAME, seen, radius, None, None, options, model)
+    assert outside(renderers(1075, model, seen, radius, options), found) == 0
 
 
 def test_a_tenth_less_and_another_kernel_lie_outside():

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lfssao.ao.estimators.estimator import Estimator, Options, Value, option
 from lfssao.ao.kernels.look_up import CLAMP, MIRROR, NOTHING, VALUE, WRAP, Look
 from lfssao.ao.textures import Buffers, Texture
+from lfssao.errors import InputError
 from lfssao.optics.kernels.rays import write_lines
 from lfssao.optics.view import View
 
@@ -103,3 +104,9 @@ def with_cleared(buffers: Buffers, z: float | None) -> Buffers:
 def one_more(texture: Texture, value: object) -> Texture:
     """Return a texture row by row with a texel of a value behind its own."""
     return np.append(texture.ravel(), np.asarray(value, texture.dtype))
+
+
+def check_perspective(name: str, view: View) -> None:
+    """Refuse (InputError) a view in which texels do not shrink with distance as a perspective camera's do."""
+    if view.screen_to_world is None or view.lens[6]:
+        raise InputError(f"estimator {name} measures texels of a perspective camera, and this view is none")

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.estimators.estimator import option
-from lfssao.ao.estimators.look_ups import LookUps
+from lfssao.ao.estimators.look_ups import LookUps, check_perspective
 from lfssao.ao.estimators.oriented import cast_length
 from lfssao.ao.estimators.shaders.xegtao import LEAST, part_of_radius, table_of_steps, towards
 from lfssao.ao.estimators.slices import polynomial_angle
@@ -27,7 +27,6 @@ from lfssao.core.numbers import by_squaring, larger, number, rounded, select, sm
 from lfssao.core.places import image_place
 from lfssao.core.sectors import joined, no_sectors, sector_count, sectors_between
 from lfssao.core.vectors import cross, dot
-from lfssao.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -151,8 +150,7 @@ def _part_of_angle(away: Any, w: Any) -> Any:
 
 def bevy_ssao(buffers: Buffers, radius: float, points: None, weights: None, options: BevyOptions) -> Steps:
     """Return the formulas' numbers, in the textures' dtype; it takes no samples."""
-    if buffers.view.screen_to_world is None or buffers.view.lens[6]:
-        raise InputError("estimator bevy-ssao measures texels of a perspective camera, and this view is none")
+    check_perspective("bevy-ssao", buffers.view)
     kind, (height, width) = buffers.depth.dtype.type, buffers.depth.shape
     across = cast_length(buffers.view, float(radius)) * float(buffers.view.lens[0])
     reach = np.array([across, across if options.square else across * height / width])

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.estimators.estimator import option
-from lfssao.ao.estimators.look_ups import LookUps
+from lfssao.ao.estimators.look_ups import LookUps, check_perspective
 from lfssao.ao.estimators.oriented import cast_length
 from lfssao.ao.estimators.shaders.xegtao import in_slice, table_of_steps, towards
 from lfssao.ao.formulas import ZENITH, folded
@@ -147,8 +147,7 @@ def _angle(cosine: Any) -> Any:
 
 def filament_gtao(buffers: Buffers, radius: float, points: None, weights: None, options: FilamentOptions) -> Steps:
     """Return the formulas' numbers, in the textures' dtype; it takes no samples."""
-    if buffers.view.screen_to_world is None or buffers.view.lens[6]:
-        raise InputError("estimator filament-gtao measures texels of a perspective camera, and this view is none")
+    check_perspective("filament-gtao", buffers.view)
     if options.filter != "nearest":
         raise InputError("estimator filament-gtao reads levels of depth, whose filter is nearest, not linear")
     kind, lens = buffers.depth.dtype.type, buffers.view.lens

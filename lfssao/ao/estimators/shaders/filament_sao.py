@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.estimators.estimator import option
-from lfssao.ao.estimators.look_ups import Bordered
+from lfssao.ao.estimators.look_ups import Bordered, check_perspective
 from lfssao.ao.estimators.oriented import cast_length
 from lfssao.ao.formulas import summed
 from lfssao.ao.textures import Buffers
@@ -20,7 +20,6 @@ from lfssao.core.jit import formula
 from lfssao.core.numbers import is_finite, larger, number, power, rounded, select, smaller
 from lfssao.core.places import image_place
 from lfssao.core.vectors import dot
-from lfssao.errors import InputError
 
 _TURNS = 2.4  # by noise
 _PEAK = 0.1  # of R, where the falloff is largest
@@ -104,8 +103,7 @@ def _tap(taps: Any, view: Any, here: Any, s: Any) -> Any:
 
 def filament_sao(buffers: Buffers, radius: float, points: None, weights: None, options: FilamentOptions) -> Taps:
     """Return the formulas' numbers, in the textures' dtype; it makes its own taps."""
-    if buffers.view.screen_to_world is None or buffers.view.lens[6]:
-        raise InputError("estimator filament-sao measures texels of a perspective camera, and this view is none")
+    check_perspective("filament-sao", buffers.view)
     kind, unit, n = buffers.depth.dtype.type, cast_length(buffers.view, 1.0), options.taps
     lens, step = buffers.view.lens, 2 * options.turns / (n - 0.5)
     table = [[*sincospi((i * step) % 2)[::-1], i] for i in range(n)]

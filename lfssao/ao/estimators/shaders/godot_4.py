@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.estimators.estimator import FloatArray, Options, option
+from lfssao.ao.estimators.look_ups import check_perspective
 from lfssao.ao.estimators.oriented import cast_length
 from lfssao.ao.formulas import folded
 from lfssao.ao.textures import Buffers
@@ -145,8 +146,7 @@ def spins() -> FloatArray:
 
 def godot_4(buffers: Buffers, radius: float, points: None, weights: None, options: GodotOptions) -> Taps:
     """Return the formulas' numbers, in the textures' dtype; it makes its own taps."""
-    if buffers.view.screen_to_world is None or buffers.view.lens[6]:
-        raise InputError("estimator godot-4 measures texels of a perspective camera, and this view is none")
+    check_perspective("godot-4", buffers.view)
     (height, width), lens = buffers.depth.shape, buffers.view.lens
     if height % 2 or width % 2:
         raise InputError(f"estimator godot-4 has passes of a half, and the texture has {width} x {height} texels")

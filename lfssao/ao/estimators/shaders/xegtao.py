@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lfssao.ao.estimators.estimator import FloatArray, option
-from lfssao.ao.estimators.look_ups import LookUps
+from lfssao.ao.estimators.look_ups import LookUps, check_perspective
 from lfssao.ao.estimators.oriented import cast_length
 from lfssao.ao.formulas import ZENITH, folded
 from lfssao.ao.textures import Buffers
@@ -37,7 +37,6 @@ from lfssao.core.numbers import (
 )
 from lfssao.core.places import image_place
 from lfssao.core.vectors import dot
-from lfssao.errors import InputError
 
 _GOLDEN = 0.6180339887498948  # stepBaseNoise
 LEAST = 0.03  # visibility
@@ -213,8 +212,7 @@ def table_of_steps(slices: int, steps: int) -> FloatArray:
 
 def xegtao(buffers: Buffers, radius: float, points: None, weights: None, options: XeOptions) -> Steps:
     """Return the formulas' numbers, in the textures' dtype; it takes no samples."""
-    if buffers.view.screen_to_world is None or buffers.view.lens[6]:
-        raise InputError("estimator xegtao measures texels of a perspective camera, and this view is none")
+    check_perspective("xegtao", buffers.view)
     kind, reach = buffers.depth.dtype.type, options.multiplier * float(radius)
     unit = cast_length(buffers.view, 1.0)
     with np.errstate(over="ignore", divide="ignore"):
